@@ -1,0 +1,2 @@
+//! The `gtfdi` command line.
+fn main() {}

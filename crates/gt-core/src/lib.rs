@@ -1,0 +1,20 @@
+//! What every other crate of gtfdi shares: named [`Signal`]s, a [`Dataset`] of inputs and outputs,
+//! a checked discrete [`StateSpace`] model with its [`OperatingPoint`], and the errors of shapes
+//! and data.
+//!
+//! `Dataset` and `StateSpace` are the joints of the project: simulators and files end in the
+//! first, identification ends in the second, residual generators start from both.
+
+mod dataset;
+mod error;
+#[cfg(feature = "faer")]
+pub mod la;
+mod operating_point;
+mod signal;
+mod state_space;
+
+pub use dataset::Dataset;
+pub use error::{DataError, DimensionError, ModelError};
+pub use operating_point::OperatingPoint;
+pub use signal::{Signal, index_of};
+pub use state_space::StateSpace;
