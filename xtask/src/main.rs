@@ -1,2 +1,113 @@
-//! Development tasks.
-fn main() {}
+//! Development tasks, run as `cargo xtask <task>`.
+
+use std::env;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+const HELP: &str = "\
+cargo xtask <task>
+
+  test          all tests: Rust, then the Python package in an environment of its own
+  test-rust     the Rust tests alone
+  test-python   build the wheel, install it, run the Python tests
+
+GTFDI_REFERENCE_DATA names the folder of public records that some tests read (absolute path);
+unset, those tests skip by name.";
+
+fn main() -> ExitCode {
+    let task = env::args().nth(1);
+    let outcome = match task.as_deref() {
+        Some("test") => test_rust().and_then(|()| test_python()),
+        Some("test-rust") => test_rust(),
+        Some("test-python") => test_python(),
+        Some("help" | "--help" | "-h") => {
+            println!("{HELP}");
+            return ExitCode::SUCCESS;
+        }
+        Some(other) => Err(format!("unknown task `{other}`\n\n{HELP}")),
+        None => Err(HELP.to_owned()),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The workspace's root, one above this package.
+fn root() -> Result<PathBuf, String> {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .map(Path::to_owned)
+        .ok_or_else(|| "the xtask package has no parent folder".to_owned())
+}
+
+fn test_rust() -> Result<(), String> {
+    check_reference_data()?;
+    let cargo = env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
+    run(Command::new(cargo)
+        .args(["test", "--workspace", "--locked"])
+        .current_dir(root()?))
+}
+
+/// Builds the package as a user would (`pip install .`) into `target/python-env` and runs pytest.
+fn test_python() -> Result<(), String> {
+    check_reference_data()?;
+    let root = root()?;
+    let environment = root.join("target").join("python-env");
+    let python = environment.join(if cfg!(windows) {
+        "Scripts/python.exe"
+    } else {
+        "bin/python"
+    });
+    if !python.exists() {
+        let system = env::var("PYTHON").unwrap_or_else(|_| "python3".to_owned());
+        run(Command::new(system).args(["-m", "venv"]).arg(&environment)).map_err(|error| {
+            format!("{error}\nPython needs its venv module (on Debian: the package python3-venv)")
+        })?;
+    }
+    let pip = |arguments: &[&str]| {
+        run(Command::new(&python)
+            .args([
+                "-m",
+                "pip",
+                "install",
+                "--quiet",
+                "--disable-pip-version-check",
+            ])
+            .args(arguments)
+            .current_dir(&root))
+    };
+    pip(&[".[test]"])?;
+    // Away from the sources, so that the installed package is what the tests import.
+    run(Command::new(&python)
+        .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir"])
+        .arg(root.join("tests/python"))
+        .arg(root.join("tests/python"))
+        .env("GTFDI_ROOT", &root)
+        .current_dir(root.join("target")))
+}
+
+/// A reference folder that is named but not there is a mistake, not a reason to skip.
+fn check_reference_data() -> Result<(), String> {
+    match env::var_os("GTFDI_REFERENCE_DATA") {
+        Some(folder) if !Path::new(&folder).is_dir() || !Path::new(&folder).is_absolute() => {
+            Err(format!(
+                "GTFDI_REFERENCE_DATA: expected the absolute path of a folder, found {}",
+                Path::new(&folder).display()
+            ))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn run(command: &mut Command) -> Result<(), String> {
+    let shown = format!("{command:?}");
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("failed ({status}): {shown}")),
+        Err(error) => Err(format!("could not start {shown}: {error}")),
+    }
+}
