@@ -41,15 +41,26 @@ impl Dataset {
         DimensionError::check("rows of y (outputs)", outputs.len(), y.nrows())?;
         DimensionError::check("columns of y (samples)", u.ncols(), y.ncols())?;
         if !(sample_time_s.is_finite() && sample_time_s > 0.0) {
-            return Err(DataError::SampleTime { found: sample_time_s });
+            return Err(DataError::SampleTime {
+                found: sample_time_s,
+            });
         }
         let mut seen = HashSet::new();
         for signal in inputs.iter().chain(&outputs) {
             if !seen.insert(&signal.name) {
-                return Err(DataError::DuplicateName { name: signal.name.clone() });
+                return Err(DataError::DuplicateName {
+                    name: signal.name.clone(),
+                });
             }
         }
-        Ok(Self { inputs, outputs, u, y, sample_time_s, start_time_s: 0.0 })
+        Ok(Self {
+            inputs,
+            outputs,
+            u,
+            y,
+            sample_time_s,
+            start_time_s: 0.0,
+        })
     }
 
     /// The same record with its first sample at `start_time_s`.
@@ -120,7 +131,11 @@ impl Dataset {
     /// [`DataError::Range`] when the range is empty or reaches past the end.
     pub fn rows(&self, rows: Range<usize>) -> Result<Self, DataError> {
         if rows.start >= rows.end || rows.end > self.len() {
-            return Err(DataError::Range { start: rows.start, end: rows.end, len: self.len() });
+            return Err(DataError::Range {
+                start: rows.start,
+                end: rows.end,
+                len: self.len(),
+            });
         }
         let count = rows.end - rows.start;
         Ok(Self {
@@ -189,7 +204,10 @@ impl Dataset {
 
     /// The means of all channels.
     pub fn mean(&self) -> OperatingPoint {
-        OperatingPoint { u: self.u.column_mean(), y: self.y.column_mean() }
+        OperatingPoint {
+            u: self.u.column_mean(),
+            y: self.y.column_mean(),
+        }
     }
 
     /// The record as deviations from an operating point.

@@ -20,7 +20,11 @@ impl DimensionError {
         if expected == found {
             Ok(())
         } else {
-            Err(Self { what: what.to_owned(), expected, found })
+            Err(Self {
+                what: what.to_owned(),
+                expected,
+                found,
+            })
         }
     }
 }

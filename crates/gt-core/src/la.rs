@@ -10,5 +10,7 @@ pub fn as_faer(matrix: &DMatrix<f64>) -> MatRef<'_, f64> {
 
 /// A copy of a faer matrix (its columns may be padded, so it cannot be borrowed).
 pub fn to_nalgebra(matrix: MatRef<'_, f64>) -> DMatrix<f64> {
-    DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |row, column| matrix[(row, column)])
+    DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |row, column| {
+        matrix[(row, column)]
+    })
 }

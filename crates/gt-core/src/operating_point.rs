@@ -17,6 +17,9 @@ pub struct OperatingPoint {
 impl OperatingPoint {
     /// The origin: nothing is subtracted.
     pub fn zero(nu: usize, ny: usize) -> Self {
-        Self { u: DVector::zeros(nu), y: DVector::zeros(ny) }
+        Self {
+            u: DVector::zeros(nu),
+            y: DVector::zeros(ny),
+        }
     }
 }

@@ -17,12 +17,18 @@ pub struct Signal {
 impl Signal {
     /// A signal with a unit.
     pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
-        Self { name: name.into(), unit: unit.into() }
+        Self {
+            name: name.into(),
+            unit: unit.into(),
+        }
     }
 
     /// Signals without units, one for each name.
     pub fn named<S: AsRef<str>>(names: &[S]) -> Vec<Self> {
-        names.iter().map(|name| Self::new(name.as_ref(), "")).collect()
+        names
+            .iter()
+            .map(|name| Self::new(name.as_ref(), ""))
+            .collect()
     }
 }
 
@@ -31,8 +37,11 @@ impl Signal {
 /// # Errors
 /// [`DataError::UnknownChannel`], with the names there are.
 pub fn index_of(signals: &[Signal], name: &str) -> Result<usize, DataError> {
-    signals.iter().position(|signal| signal.name == name).ok_or_else(|| DataError::UnknownChannel {
-        name: name.to_owned(),
-        available: signals.iter().map(|signal| signal.name.clone()).collect(),
-    })
+    signals
+        .iter()
+        .position(|signal| signal.name == name)
+        .ok_or_else(|| DataError::UnknownChannel {
+            name: name.to_owned(),
+            available: signals.iter().map(|signal| signal.name.clone()).collect(),
+        })
 }

@@ -42,7 +42,12 @@ impl TryFrom<Unchecked> for StateSpace {
     type Error = ModelError;
 
     fn try_from(raw: Unchecked) -> Result<Self, ModelError> {
-        Self::new([raw.a, raw.b, raw.c, raw.d], raw.sample_time_s, raw.inputs, raw.outputs)
+        Self::new(
+            [raw.a, raw.b, raw.c, raw.d],
+            raw.sample_time_s,
+            raw.inputs,
+            raw.outputs,
+        )
     }
 }
 
@@ -70,15 +75,30 @@ impl StateSpace {
                 for column in 0..matrix.ncols() {
                     let found = matrix[(row, column)];
                     if !found.is_finite() {
-                        return Err(ModelError::NotFinite { matrix: name, row, column, found });
+                        return Err(ModelError::NotFinite {
+                            matrix: name,
+                            row,
+                            column,
+                            found,
+                        });
                     }
                 }
             }
         }
         if !(sample_time_s.is_finite() && sample_time_s > 0.0) {
-            return Err(ModelError::SampleTime { found: sample_time_s });
+            return Err(ModelError::SampleTime {
+                found: sample_time_s,
+            });
         }
-        Ok(Self { a, b, c, d, sample_time_s, inputs, outputs })
+        Ok(Self {
+            a,
+            b,
+            c,
+            d,
+            sample_time_s,
+            inputs,
+            outputs,
+        })
     }
 
     /// State matrix, `nx x nx`.
@@ -181,7 +201,10 @@ impl StateSpace {
         let iterations = SCHUR_ITERATIONS_PER_EIGENVALUE * self.nx();
         Schur::try_new(self.a.clone(), f64::EPSILON, iterations)
             .map(|schur| schur.complex_eigenvalues().iter().copied().collect())
-            .ok_or(ModelError::NoConvergence { order: self.nx(), iterations })
+            .ok_or(ModelError::NoConvergence {
+                order: self.nx(),
+                iterations,
+            })
     }
 
     /// The largest modulus of a pole; below 1 the model is stable.
@@ -189,6 +212,10 @@ impl StateSpace {
     /// # Errors
     /// As [`StateSpace::poles`].
     pub fn spectral_radius(&self) -> Result<f64, ModelError> {
-        Ok(self.poles()?.iter().map(|pole| pole.norm()).fold(0.0, f64::max))
+        Ok(self
+            .poles()?
+            .iter()
+            .map(|pole| pole.norm())
+            .fold(0.0, f64::max))
     }
 }

@@ -1,0 +1,9 @@
+//! What a person reads: charts, tables and the self-contained page.
+
+pub mod chart;
+pub mod page;
+
+/// Text made safe for HTML and SVG.
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
