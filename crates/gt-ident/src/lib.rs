@@ -1,1 +1,40 @@
-//! In progress.
+//! Identification of linear models from a record: ARX in canonical and in free structure, the
+//! choice of its order, its realisation as a state-space model and its validation.
+//!
+//! ```text
+//! Dataset -> Arx::fit -> ArxModel -> validate, predict, simulate
+//!                                 -> state_space, output_model -> gt_core::StateSpace
+//! ```
+//!
+//! Equation numbers are those of Simani and Fantuzzi (2006), section 4.1. Two of their formulas
+//! are used corrected: in eq. 21 the blocks `M_ij` hold `alpha_ij` (printed: `alpha_ii`), in
+//! eq. 16 the ones of `C` stand in columns `1, v_1 + 1, ...` (printed: `v_i + 1`).
+//!
+//! **One step ahead or free run** is always said: [`ArxModel::predict`] sees the measured past
+//! outputs, [`ArxModel::simulate`] sees only the inputs, and no number of one carries the name of
+//! the other.
+
+mod arx;
+mod canonical;
+mod error;
+mod least_squares;
+mod model;
+mod order;
+mod predict;
+mod realise;
+mod regressor;
+mod similarity;
+mod structure;
+mod validate;
+
+pub use arx::Arx;
+pub use canonical::CanonicalForm;
+pub use error::IdentError;
+pub use least_squares::CONDITION_LIMIT;
+pub use model::{ArxModel, ArxRow, Term};
+pub use order::{OrderKind, OrderRow, OrderTable, order_table};
+pub use predict::{DIVERGENCE_FACTOR, FreeRun};
+pub use realise::OutputModel;
+pub use similarity::{RANK_TOLERANCE, Similarity};
+pub use structure::{ArxStructure, Channel, Regressor, generic_indices};
+pub use validate::{OutputFit, Validation, validate};

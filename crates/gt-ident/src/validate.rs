@@ -1,0 +1,124 @@
+//! How well a model explains a record.
+
+use std::ops::Range;
+
+use gt_core::Dataset;
+use serde::Serialize;
+
+use crate::regressor::check_varies;
+use crate::{ArxModel, IdentError};
+
+/// The errors of a model on a record, one step ahead and in free run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Validation {
+    /// The samples that count: all but the first `max_lag`.
+    pub rows: Range<usize>,
+    /// One entry per output.
+    pub outputs: Vec<OutputFit>,
+}
+
+/// The errors of one output. `prediction` is one step ahead, `simulation` is the free run from the
+/// first `max_lag` measured outputs, `None` where that diverges.
+///
+/// With `e = y - yhat` over the rows that count: fit `= 100 (1 - |e| / |y - mean y|)`,
+/// PPCRE `= 100 std(e) / std(y)`, SSE `= mean(e^2) / var(y)`; population moments.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OutputFit {
+    /// The output's name.
+    pub name: String,
+    /// Fit one step ahead, per cent; 100 is perfect, 0 is no better than the mean.
+    pub fit_prediction_percent: f64,
+    /// Fit of the free run, per cent.
+    pub fit_simulation_percent: Option<f64>,
+    /// Reconstruction error one step ahead, per cent (footnote 2 of the paper).
+    pub ppcre_prediction_percent: f64,
+    /// Reconstruction error of the free run, per cent.
+    pub ppcre_simulation_percent: Option<f64>,
+    /// Mean square error one step ahead over the output's variance.
+    pub sse_prediction: f64,
+    /// Mean square error of the free run over the output's variance.
+    pub sse_simulation: Option<f64>,
+    /// Time at which the free run diverges, in seconds.
+    pub diverges_at_s: Option<f64>,
+}
+
+/// The errors of `model` on `data`.
+///
+/// # Errors
+/// As [`ArxModel::predict`]; [`IdentError::TooFewRows`] below `max_lag + 2` samples;
+/// [`IdentError::ConstantChannel`] for an output that does not vary over the rows that count.
+pub fn validate(model: &ArxModel, data: &Dataset) -> Result<Validation, IdentError> {
+    model.check_record(data)?;
+    let needed = model.max_lag().saturating_add(2);
+    if data.len() < needed {
+        let structure = model.structure().to_string();
+        return Err(IdentError::TooFewRows {
+            structure,
+            needed,
+            found: data.len(),
+        });
+    }
+    let predicted = model.predict(data)?;
+    let free_run = model.simulate(data)?;
+    let rows = model.max_lag()..data.len();
+    let mut outputs = Vec::with_capacity(data.ny());
+    for (index, signal) in data.outputs().iter().enumerate() {
+        let over = |matrix: &nalgebra::DMatrix<f64>| -> Vec<f64> {
+            matrix.row(index).iter().skip(rows.start).copied().collect()
+        };
+        let y = over(data.y());
+        check_varies(signal, y.iter().copied())?;
+        let prediction = Errors::new(&y, &over(&predicted));
+        let diverges_at = free_run.diverges_at[index];
+        let simulation = match diverges_at {
+            Some(_) => None,
+            None => Some(Errors::new(&y, &over(&free_run.y))),
+        };
+        outputs.push(OutputFit {
+            name: signal.name.clone(),
+            fit_prediction_percent: prediction.fit_percent,
+            fit_simulation_percent: simulation.as_ref().map(|errors| errors.fit_percent),
+            ppcre_prediction_percent: prediction.ppcre_percent,
+            ppcre_simulation_percent: simulation.as_ref().map(|errors| errors.ppcre_percent),
+            sse_prediction: prediction.sse,
+            sse_simulation: simulation.as_ref().map(|errors| errors.sse),
+            diverges_at_s: diverges_at.map(|sample| data.time_s(sample)),
+        });
+    }
+    Ok(Validation { rows, outputs })
+}
+
+struct Errors {
+    fit_percent: f64,
+    ppcre_percent: f64,
+    sse: f64,
+}
+
+impl Errors {
+    fn new(y: &[f64], estimate: &[f64]) -> Self {
+        let error: Vec<f64> = y
+            .iter()
+            .zip(estimate)
+            .map(|(y, estimate)| y - estimate)
+            .collect();
+        let mean_square = error.iter().map(|e| e * e).sum::<f64>() / error.len() as f64;
+        let y_variance = variance(y);
+        let sse = mean_square / y_variance;
+        Self {
+            fit_percent: 100.0 * (1.0 - sse.sqrt()),
+            ppcre_percent: 100.0 * (variance(&error) / y_variance).sqrt(),
+            sse,
+        }
+    }
+}
+
+/// The population variance.
+fn variance(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    values
+        .iter()
+        .map(|value| (value - mean).powi(2))
+        .sum::<f64>()
+        / count
+}
