@@ -1,1 +1,17 @@
-//! In progress.
+//! Residual generators, thresholds, signatures and the online detector.
+//!
+//! [`design`] turns identified models and healthy records into a [`design::Bank`] of output
+//! observers with fixed thresholds and measured false-alarm rates; [`runtime`] runs that bank
+//! sample by sample, without allocating, with the same results bit for bit.
+//!
+//! Source of the method: S. Simani, C. Fantuzzi, *Dynamic system identification and model-based
+//! fault diagnosis of an industrial gas turbine prototype*, Mechatronics 16 (2006), section 4.2,
+//! called *the paper* in this crate; its equation numbers are quoted.
+
+extern crate alloc;
+
+pub mod design;
+mod error;
+pub mod runtime;
+
+pub use error::FdiError;

@@ -1,0 +1,109 @@
+//! Channels of a record by name.
+
+use std::collections::HashSet;
+
+use gt_core::Dataset;
+
+use crate::FdiError;
+
+/// Relative difference up to which two sample times count as one: a sample in a million.
+const SAMPLE_TIME_TOLERANCE: f64 = 1e-6;
+
+/// The rows of a record that hold some inputs and outputs, in the order asked for, and a buffer
+/// for one sample of them. Either may come from either side of the record.
+pub(super) struct Channels<'a> {
+    data: &'a Dataset,
+    inputs: Vec<usize>,
+    outputs: Vec<usize>,
+    u: Vec<f64>,
+    y: Vec<f64>,
+}
+
+impl<'a> Channels<'a> {
+    /// Finds the channels, checking the sample time.
+    pub(super) fn of<S: AsRef<str>, T: AsRef<str>>(
+        data: &'a Dataset,
+        sample_time_s: f64,
+        inputs: &[S],
+        outputs: &[T],
+    ) -> Result<Self, FdiError> {
+        check_sample_time("the record", sample_time_s, data.sample_time_s())?;
+        let names = || {
+            data.inputs()
+                .iter()
+                .chain(data.outputs())
+                .map(|signal| &signal.name)
+        };
+        let mut missing: Vec<String> = Vec::new();
+        let mut find = |tag: &str| {
+            let found = names().position(|name| name == tag);
+            if found.is_none() && !missing.iter().any(|name| name == tag) {
+                missing.push(tag.to_owned());
+            }
+            found
+        };
+        let input_rows: Vec<usize> = inputs.iter().filter_map(|tag| find(tag.as_ref())).collect();
+        let output_rows: Vec<usize> = outputs
+            .iter()
+            .filter_map(|tag| find(tag.as_ref()))
+            .collect();
+        if !missing.is_empty() {
+            return Err(FdiError::MissingTags {
+                missing,
+                available: names().cloned().collect(),
+            });
+        }
+        let (u, y) = (vec![0.0; input_rows.len()], vec![0.0; output_rows.len()]);
+        Ok(Self {
+            data,
+            inputs: input_rows,
+            outputs: output_rows,
+            u,
+            y,
+        })
+    }
+
+    /// Inputs and outputs of one sample.
+    pub(super) fn at(&mut self, sample: usize) -> (&[f64], &[f64]) {
+        let nu = self.data.nu();
+        let value = |row: usize| {
+            if row < nu {
+                self.data.u()[(row, sample)]
+            } else {
+                self.data.y()[(row - nu, sample)]
+            }
+        };
+        for (value_of, &row) in self.u.iter_mut().zip(&self.inputs) {
+            *value_of = value(row);
+        }
+        for (value_of, &row) in self.y.iter_mut().zip(&self.outputs) {
+            *value_of = value(row);
+        }
+        (&self.u, &self.y)
+    }
+}
+
+/// Refuses two sample times that differ by more than rounding.
+pub(super) fn check_sample_time(what: &str, expected_s: f64, found_s: f64) -> Result<(), FdiError> {
+    if (found_s - expected_s).abs() <= SAMPLE_TIME_TOLERANCE * expected_s {
+        Ok(())
+    } else {
+        Err(FdiError::SampleTime {
+            what: what.to_owned(),
+            expected_s,
+            found_s,
+        })
+    }
+}
+
+/// Refuses a tag that appears twice.
+pub(super) fn check_unique(place: &'static str, tags: &[&String]) -> Result<(), FdiError> {
+    let mut seen = HashSet::new();
+    match tags.iter().find(|tag| !seen.insert(tag.as_str())) {
+        Some(&tag) => Err(FdiError::DuplicateTag {
+            place,
+            tag: tag.clone(),
+        }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,200 @@
+//! Errors of design and of records that do not fit a design.
+
+use gt_core::{DataError, DimensionError, ModelError};
+use thiserror::Error;
+
+use crate::runtime::StepError;
+
+/// Why a generator, a threshold, a bank or a signature cannot be made or used.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum FdiError {
+    /// Sizes disagree.
+    #[error(transparent)]
+    Dimension(#[from] DimensionError),
+    /// The record cannot be used.
+    #[error(transparent)]
+    Data(#[from] DataError),
+    /// The model cannot be used.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The detector refused a sample.
+    #[error(transparent)]
+    Step(#[from] StepError),
+    /// The model has another number of outputs than one.
+    #[error("outputs of the model: expected 1 (one observer an output), found {found}")]
+    OutputCount {
+        /// Outputs of the model.
+        found: usize,
+    },
+    /// The number of poles is not the model's order.
+    #[error("poles: expected {expected}, one a state, found {found}")]
+    PoleCount {
+        /// States of the model.
+        expected: usize,
+        /// Poles given.
+        found: usize,
+    },
+    /// A pole is not inside the unit circle.
+    #[error("pole {index}: expected a modulus below 1, found {found}")]
+    PoleOutside {
+        /// 0-based position in the list.
+        index: usize,
+        /// The pole.
+        found: f64,
+    },
+    /// The output does not determine the state, so its observer's poles cannot be chosen.
+    #[error(
+        "model of `{output}`: expected an observable pair (A, C) with an observability matrix of \
+         condition below {limit:e}, found {condition:e}"
+    )]
+    Unobservable {
+        /// The model's output.
+        output: String,
+        /// Ratio of the extreme singular values of `[C; C A; ...]`; infinite when singular.
+        condition: f64,
+        /// The largest condition accepted.
+        limit: f64,
+    },
+    /// The generator is unstable, or so slow that it is of no use.
+    #[error(
+        "generator of `{output}`: expected a stable A - K C whose free response falls below \
+         {level:e} within {limit} samples, found a spectral radius of {spectral_radius}"
+    )]
+    DoesNotSettle {
+        /// The model's output.
+        output: String,
+        /// The level to fall below, relative to the initial state.
+        level: f64,
+        /// The largest number of samples accepted.
+        limit: usize,
+        /// Largest modulus of the eigenvalues of A - K C (NaN when they were not found).
+        spectral_radius: f64,
+    },
+    /// A number of a generator is NaN or infinite.
+    #[error("generator of `{output}`, {what}: expected a finite number, found {found}")]
+    NotFinite {
+        /// The model's output.
+        output: String,
+        /// What was looked at, for example `gain`.
+        what: &'static str,
+        /// The value found.
+        found: f64,
+    },
+    /// A tag appears twice where it may appear once.
+    #[error("{place}: expected unique tags, found `{tag}` twice")]
+    DuplicateTag {
+        /// Where, for example `outputs of the bank`.
+        place: &'static str,
+        /// The repeated tag.
+        tag: String,
+    },
+    /// The record lacks channels.
+    #[error(
+        "record: expected the channels {}, found only {}", missing.join(", "), available.join(", ")
+    )]
+    MissingTags {
+        /// All the tags that are needed and not there.
+        missing: Vec<String>,
+        /// The tags there are.
+        available: Vec<String>,
+    },
+    /// Two sample times that must agree do not.
+    #[error("sample time of {what}: expected {expected_s} s, found {found_s} s")]
+    SampleTime {
+        /// Whose sample time was looked at, for example ``record``.
+        what: String,
+        /// The sample time that fits, in seconds.
+        expected_s: f64,
+        /// The sample time found, in seconds.
+        found_s: f64,
+    },
+    /// A bank without a detector.
+    #[error("bank `{name}`: expected at least one detector, found none")]
+    EmptyBank {
+        /// The bank's name.
+        name: String,
+    },
+    /// A file written by another version of this format.
+    #[error("bank: expected schema_version {expected}, found {found}")]
+    SchemaVersion {
+        /// The version this library reads.
+        expected: u32,
+        /// The version found.
+        found: u32,
+    },
+    /// An option is out of its range.
+    #[error("option `{option}`: expected {expected}, found {found}")]
+    Option {
+        /// The option's name.
+        option: &'static str,
+        /// The range that is accepted.
+        expected: &'static str,
+        /// The value found.
+        found: f64,
+    },
+    /// A threshold's limit is negative, NaN or infinite.
+    #[error("threshold limit: expected a finite number not below 0, found {found}")]
+    Limit {
+        /// The value found.
+        found: f64,
+    },
+    /// A threshold or a signature was asked for without healthy data.
+    #[error("healthy residuals: expected at least one record, found none")]
+    NoHealthyData,
+    /// A healthy record has too few samples for the rule.
+    #[error("healthy residual {record}: expected at least {needed} samples, found {found}")]
+    HealthySamples {
+        /// 0-based index of the record.
+        record: usize,
+        /// Samples needed.
+        needed: usize,
+        /// Samples found.
+        found: usize,
+    },
+    /// All healthy records together have too few samples for the share asked for.
+    #[error(
+        "healthy residuals: a share of {share} needs at least {needed} samples in all records \
+         together, found {found}"
+    )]
+    HealthyTotal {
+        /// The share of samples above the limit that was asked for.
+        share: f64,
+        /// Samples needed.
+        needed: usize,
+        /// Samples found.
+        found: usize,
+    },
+    /// Too little healthy running for the mean time between false alarms that was asked for.
+    #[error(
+        "healthy residuals: a mean time of {asked_hours} h between false alarms needs at least \
+         {needed_hours} h of healthy running, found {found_hours} h"
+    )]
+    HealthyHours {
+        /// Mean time between false alarms asked for, in hours.
+        asked_hours: f64,
+        /// Hours of healthy running needed.
+        needed_hours: f64,
+        /// Hours of healthy running found.
+        found_hours: f64,
+    },
+    /// A residual is NaN or infinite where every sample is needed.
+    #[error("{what}, sample {sample}: expected a finite residual, found {found}")]
+    NotFiniteResidual {
+        /// Whose residual, for example `healthy residual 0`.
+        what: String,
+        /// 0-based sample index.
+        sample: usize,
+        /// The value found.
+        found: f64,
+    },
+    /// A window of samples is empty or reaches past the end.
+    #[error("window {start}..{end}: expected a non-empty range within 0..{len}")]
+    Window {
+        /// First sample.
+        start: usize,
+        /// One past the last sample.
+        end: usize,
+        /// Samples there are.
+        len: usize,
+    },
+}

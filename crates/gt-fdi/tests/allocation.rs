@@ -1,0 +1,100 @@
+//! No step of the detector allocates: counted by the global allocator of this test program.
+#![allow(unsafe_code)] // a global allocator is an unsafe trait; this one counts and forwards
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use gt_core::{OperatingPoint, Signal, StateSpace};
+use gt_fdi::design::{Bank, OutputDetector, ResidualGenerator, ThresholdRule, calibrate};
+use gt_fdi::runtime::Detector;
+use nalgebra::DMatrix;
+
+thread_local! {
+    /// Allocations and reallocations of this thread (the test harness has others).
+    static COUNT: Cell<usize> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: every call is forwarded to the system's allocator unchanged; the counter is a
+// thread-local `Cell` with a constant initialiser and no destructor, so it allocates nothing.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.with(|count| count.set(count.get() + 1));
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
+        COUNT.with(|count| count.set(count.get() + 1));
+        unsafe { System.realloc(pointer, layout, new_size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Eight states, two inputs: a chain of delays with a pole at 0.7.
+#[allow(clippy::unwrap_used)] // part of the test below
+fn detector(output: &str) -> OutputDetector {
+    let a = DMatrix::from_fn(8, 8, |i, j| match (i, j) {
+        _ if i == j => 0.7,
+        _ if j == i + 1 => 1.0,
+        _ => 0.0,
+    });
+    let c = DMatrix::from_fn(1, 8, |_, j| if j == 0 { 1.0 } else { 0.0 });
+    let matrices = [a, DMatrix::from_element(8, 2, 0.1), c, DMatrix::zeros(1, 2)];
+    let (inputs, outputs) = (Signal::named(&["a", "b"]), Signal::named(&[output]));
+    let model = StateSpace::new(matrices, 0.08, inputs, outputs).unwrap();
+    let point = OperatingPoint::zero(2, 1);
+    let generator = ResidualGenerator::observer(model, point, &[0.4; 8]).unwrap();
+    let rule = ThresholdRule::Margin {
+        factor: 1.0,
+        consecutive: 2,
+    };
+    let calibration = calibrate(&[&[1.0; 20]], 0.08, rule).unwrap();
+    OutputDetector::new(generator, &calibration)
+}
+
+#[test]
+fn no_step_allocates() {
+    let bank = Bank::new("four", ["p", "q", "r", "s"].map(detector).to_vec()).unwrap();
+    let mut detector = Detector::new(&bank);
+    let nan = f64::NAN;
+    let mut alarms = 0_usize;
+    let mut errors = 0_usize;
+
+    let before = COUNT.with(Cell::get);
+    for k in 0..10_000_u32 {
+        let t = f64::from(k) * 0.08;
+        // Quiet, alarms, missing outputs, missing inputs, overflow and refused samples.
+        let (u, y) = match k % 1000 {
+            600..620 => ([0.0, 0.0], [5.0, -5.0, 1e308, 0.0]),
+            700..720 => ([0.0, 0.0], [nan, 0.0, f64::INFINITY, 0.0]),
+            800 => ([nan, 0.0], [0.0; 4]),
+            900 => ([1e308, -1e308], [0.0; 4]),
+            _ => ([0.01, 0.02], [0.0; 4]),
+        };
+        match detector.step(t, &u, &y) {
+            Ok(verdict) => alarms += verdict.channels.iter().filter(|c| c.new_alarm).count(),
+            Err(_) => errors += 1,
+        }
+        errors += usize::from(detector.step(t, &u, &y).is_err());
+        if k == 5000 {
+            detector.reset();
+        }
+    }
+    let allocated = COUNT.with(Cell::get) - before;
+
+    assert_eq!(allocated, 0);
+    assert!(
+        alarms >= 30 && errors >= 9_999,
+        "{alarms} {errors}: the record should do both"
+    );
+    // The counter counts.
+    drop(vec![1_u8; 100]);
+    assert!(COUNT.with(Cell::get) > before);
+}

@@ -1,0 +1,337 @@
+//! The online detector: broken samples, time, settling.
+
+use gt_fdi::runtime::{Detector, ExceedanceRun, StepError};
+use proptest::prelude::*;
+
+use crate::fixtures::{TS, bank, noise};
+
+const U: [f64; 2] = [10.0, -3.0];
+const Y: [f64; 2] = [100.0, 100.0];
+
+/// A detector that has settled at its operating point, and the time of its last sample.
+fn settled() -> (Detector, usize, f64) {
+    let bank = bank();
+    let settle = bank.detectors()[0].generator.settle_samples();
+    let mut detector = Detector::new(&bank);
+    let mut t = 0.0;
+    for k in 0..=settle {
+        t = k as f64 * TS;
+        let settling = k < settle;
+        let verdict = detector.step(t, &U, &Y).unwrap();
+        assert!(
+            verdict
+                .channels
+                .iter()
+                .all(|channel| channel.settling == settling),
+            "{k}"
+        );
+    }
+    (detector, settle, t)
+}
+
+#[test]
+fn alarms_are_inhibited_while_settling() {
+    let bank = bank();
+    let settle = bank.detectors()[0].generator.settle_samples();
+    let mut detector = Detector::new(&bank);
+    assert_eq!(detector.inputs(), ["u0", "u1"]);
+    assert_eq!(detector.outputs(), ["p", "q"]);
+    // A bias that is there from the start: reported at once, judged from `settle` on.
+    for k in 0..settle + 4 {
+        let verdict = detector.step(k as f64 * TS, &U, &[200.0, 200.0]).unwrap();
+        let channel = &verdict.channels[0];
+        assert!(channel.residual.abs() > 3.0, "{k}: {}", channel.residual);
+        let judged = (k + 1).saturating_sub(settle);
+        assert_eq!(
+            (channel.exceeds, channel.run_length),
+            (judged > 0, judged),
+            "{k}"
+        );
+        assert_eq!(
+            (channel.alarm, channel.new_alarm),
+            (judged >= 2, judged == 2),
+            "{k}"
+        );
+        let first = (judged > 0).then_some(settle as f64 * TS);
+        assert_eq!(channel.first_exceedance_s, first);
+    }
+}
+
+/// Without its output a generator predicts, the others do not notice, and a short gap does not
+/// make it settle again. At the operating point the prediction is exact.
+#[test]
+fn a_missing_output_is_predicted() {
+    let (mut detector, settle, mut t) = settled();
+    for _ in 0..settle - 1 {
+        t += TS;
+        let verdict = detector.step(t, &U, &[f64::NAN, 100.0]).unwrap();
+        assert!(verdict.channels[0].residual.is_nan() && !verdict.channels[0].settling);
+        assert_eq!(verdict.channels[1].residual, 0.0);
+    }
+    let verdict = detector.step(t + TS, &U, &Y).unwrap();
+    assert_eq!(
+        (verdict.channels[0].residual, verdict.channels[0].settling),
+        (0.0, false)
+    );
+}
+
+#[test]
+fn prediction_is_that_of_the_model() {
+    let bank = bank();
+    let model = bank.detectors()[0].generator.model().clone();
+    let mut detector = Detector::new(&bank);
+    let draws = noise(5, 40);
+    let mut x = nalgebra::DVector::zeros(2);
+    for k in 0..20 {
+        let du = nalgebra::DVector::from_column_slice(&draws[2 * k..2 * k + 2]);
+        let expected = -(model.c() * &x + model.d() * &du)[0];
+        let y = if k == 19 { 100.0 } else { f64::NAN };
+        let u = [U[0] + du[0], U[1] + du[1]];
+        let verdict = detector.step(k as f64 * TS, &u, &[y, y]).unwrap();
+        if k == 19 {
+            // Inputs of 10 are rounded to 2e-15.
+            assert!((verdict.channels[0].residual - expected).abs() < 1e-13);
+        }
+        x = model.a() * x + model.b() * du;
+    }
+}
+
+#[test]
+fn a_long_gap_of_an_output_makes_its_generator_settle_again() {
+    let (mut detector, settle, mut t) = settled();
+    for k in 1..=settle {
+        t += TS;
+        let verdict = detector.step(t, &U, &[f64::INFINITY, 100.0]).unwrap();
+        assert_eq!(verdict.channels[0].settling, k >= settle, "{k}");
+        assert!(!verdict.channels[1].settling);
+    }
+    for k in 0..=settle {
+        t += TS;
+        let verdict = detector.step(t, &U, &Y).unwrap();
+        assert_eq!(verdict.channels[0].settling, k < settle, "{k}");
+    }
+}
+
+/// A missing sample ends the run above the limit: the alarm needs its consecutive samples again.
+#[test]
+fn a_missing_output_ends_the_run() {
+    let (mut detector, _, mut t) = settled();
+    let mut step = |y: f64| {
+        t += TS;
+        let channel = detector.step(t, &U, &[y, 100.0]).unwrap().channels[0];
+        (channel.run_length, channel.alarm, channel.new_alarm)
+    };
+    assert_eq!(step(500.0), (1, false, false));
+    assert_eq!(step(f64::NAN), (0, false, false));
+    assert_eq!(step(500.0), (1, false, false));
+    assert_eq!(step(900.0), (2, true, true));
+    assert_eq!(step(1500.0), (3, true, false));
+    assert_eq!(step(f64::NAN), (0, false, false));
+}
+
+#[test]
+fn a_missing_input_restarts_its_generators() {
+    let (mut detector, settle, mut t) = settled();
+    t += TS;
+    let verdict = detector
+        .step(t, &[10.0, f64::NAN], &[500.0, 500.0])
+        .unwrap();
+    assert!(
+        verdict
+            .channels
+            .iter()
+            .all(|channel| channel.residual.is_nan() && channel.settling)
+    );
+    for k in 0..=settle {
+        t += TS;
+        let verdict = detector.step(t, &U, &Y).unwrap();
+        for channel in &verdict.channels {
+            assert_eq!(
+                (channel.residual, channel.settling),
+                (0.0, k < settle),
+                "{k}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_gap_in_time_starts_afresh() {
+    let (mut detector, _, t) = settled();
+    let verdict = detector.step(t + 1.4 * TS, &U, &[500.0, 500.0]).unwrap();
+    assert!(!verdict.gap && verdict.channels[0].run_length == 1);
+    let verdict = detector.step(t + 3.0 * TS, &U, &[500.0, 100.0]).unwrap();
+    assert!(verdict.gap && verdict.channels.iter().all(|channel| channel.settling));
+    // Afresh: the output's deviation is the residual.
+    assert_eq!(
+        (verdict.channels[0].residual, verdict.channels[1].residual),
+        (400.0, 0.0)
+    );
+}
+
+/// The largest doubles would overflow the state: they are judged, and the next good sample finds
+/// the state it would have found without them, here that of the operating point.
+#[test]
+fn an_absurd_output_is_judged_and_kept_out_of_the_state() {
+    let (mut detector, _, mut t) = settled();
+    let mut step = |y: f64| {
+        t += TS;
+        detector.step(t, &U, &[y, 100.0]).unwrap().channels[0]
+    };
+    let first = step(f64::MAX);
+    assert!(
+        first.residual == f64::MAX && first.exceeds && !first.alarm,
+        "{first:?}"
+    );
+    let second = step(-f64::MAX);
+    assert!(second.new_alarm && !second.settling, "{second:?}");
+    let third = step(100.0);
+    assert!(third.residual == 0.0 && !third.settling, "{third:?}");
+}
+
+/// Inputs that overflow the prediction restart the generators: a verdict, not an infinity.
+#[test]
+fn overflow_by_inputs_restarts() {
+    let (mut detector, _, mut t) = settled();
+    let mut step = |u: f64| {
+        t += TS;
+        detector.step(t, &[u, u], &Y).unwrap().channels[0]
+    };
+    // D is 0.5, the rows of B sum to 0.2 and 0.4: the residual -0.5e308 is finite, and so is the
+    // state; the next residual, from a state and an input of the same sign, is not.
+    assert!(step(f64::MAX).residual.is_finite());
+    let restarted = (0..20)
+        .map(|_| step(f64::MAX))
+        .any(|channel| channel.settling);
+    assert!(restarted, "1.8e308 must have been reached");
+}
+
+#[test]
+fn reset_forgets_everything() {
+    let (mut detector, _, mut t) = settled();
+    for _ in 0..5 {
+        t += TS;
+        detector.step(t, &[12.0, 1.0], &[500.0, -500.0]).unwrap();
+    }
+    detector.reset();
+    let mut fresh = Detector::new(&bank());
+    let draws = noise(3, 400);
+    for k in 0..100 {
+        let (u, y) = (
+            [draws[4 * k], draws[4 * k + 1]],
+            [draws[4 * k + 2], draws[4 * k + 3]],
+        );
+        // An earlier time than before the reset is welcome.
+        let time = k as f64 * TS - 50.0;
+        assert_eq!(
+            detector.step(time, &u, &y).unwrap(),
+            fresh.step(time, &u, &y).unwrap()
+        );
+    }
+}
+
+/// Refused samples are named, and leave the detector as it was.
+#[test]
+fn refused_samples_leave_no_trace() {
+    let (mut detector, _, t) = settled();
+    let mut untouched = detector.clone();
+    let later = t + TS;
+    let input = StepError::InputCount {
+        expected: 2,
+        found: 3,
+    };
+    assert_eq!(detector.step(later, &[1.0; 3], &Y), Err(input));
+    let output = StepError::OutputCount {
+        expected: 2,
+        found: 1,
+    };
+    assert_eq!(detector.step(later, &U, &[1.0]), Err(output));
+    let infinite = StepError::TimeNotFinite {
+        found_s: f64::INFINITY,
+    };
+    assert_eq!(detector.step(f64::INFINITY, &U, &Y), Err(infinite));
+    assert!(matches!(
+        detector.step(f64::NAN, &U, &Y),
+        Err(StepError::TimeNotFinite { .. })
+    ));
+    for found_s in [t, t - 1.0, t + 0.4 * TS] {
+        let error = StepError::TimeNotAdvancing {
+            previous_s: t,
+            found_s,
+            sample_time_s: TS,
+        };
+        assert_eq!(detector.step(found_s, &U, &[500.0, 500.0]), Err(error));
+    }
+    let sample = [101.0, 99.0];
+    assert_eq!(
+        detector.step(later, &U, &sample),
+        untouched.step(later, &U, &sample)
+    );
+}
+
+#[test]
+fn a_run_knows_its_first_sample() {
+    let mut run = ExceedanceRun::default();
+    assert_eq!(
+        (run.update(1.0, 0.5, 1.0), run.first_exceedance_s()),
+        (0, None)
+    );
+    assert_eq!(
+        (run.update(2.0, -1.5, 1.0), run.first_exceedance_s()),
+        (1, Some(2.0))
+    );
+    assert_eq!(
+        (run.update(3.0, 9.0, 1.0), run.first_exceedance_s()),
+        (2, Some(2.0))
+    );
+    assert_eq!((run.update(4.0, 1.0, 1.0), run.length()), (0, 0));
+    assert_eq!(
+        (run.update(5.0, 2.0, 1.0), run.first_exceedance_s()),
+        (1, Some(5.0))
+    );
+    assert_eq!(run.update(6.0, f64::NAN, 1.0), 0);
+}
+
+fn any_bits() -> impl Strategy<Value = f64> {
+    any::<u64>().prop_map(f64::from_bits)
+}
+
+proptest! {
+    /// Whatever the bits of time, inputs and outputs: no panic, a verdict that is consistent in
+    /// itself, and after the storm the detector works as a fresh one does.
+    #[test]
+    fn prop_no_bits_break_the_detector(
+        samples in prop::collection::vec((any_bits(), [any_bits(), any_bits()], [any_bits(), any_bits()]), 1..60),
+        orderly in any::<bool>(),
+    ) {
+        let bank = bank();
+        let settle = bank.detectors()[0].generator.settle_samples();
+        let mut detector = Detector::new(&bank);
+        let mut last = 0.0;
+        for (k, (time, u, y)) in samples.iter().enumerate() {
+            let time = if orderly { k as f64 * TS } else { *time };
+            if let Ok(verdict) = detector.step(time, u, y) {
+                last = time;
+                for channel in &verdict.channels {
+                    prop_assert!(channel.residual.is_nan() || channel.residual.is_finite());
+                    prop_assert_eq!(channel.exceeds, channel.run_length > 0);
+                    prop_assert_eq!(channel.exceeds, channel.first_exceedance_s.is_some());
+                    prop_assert_eq!(channel.alarm, channel.run_length >= 2);
+                    prop_assert_eq!(channel.new_alarm, channel.run_length == 2);
+                    prop_assert!(!(channel.settling && channel.exceeds));
+                }
+            }
+        }
+        // A missing input restarts the generators, so what follows is a fresh start.
+        if orderly {
+            detector.step(last + TS, &[f64::NAN; 2], &Y).unwrap();
+            for k in 0..=settle {
+                let time = last + (k + 2) as f64 * TS;
+                let verdict = detector.step(time, &U, &Y).unwrap();
+                for channel in &verdict.channels {
+                    prop_assert_eq!((channel.residual, channel.settling), (0.0, k < settle));
+                }
+            }
+        }
+    }
+}
