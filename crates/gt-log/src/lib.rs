@@ -1,1 +1,37 @@
-//! In progress.
+//! Files in and out: MCAP logs, CSV records, model files.
+//!
+//! - [`LogWriter`] writes MCAP with Protobuf messages of named `optional double` fields, whose
+//!   descriptor is made at run time from the tags (package `gtfdi.v1`). The same content gives the
+//!   same bytes, whatever the path, the clock and the number of threads.
+//! - [`read_dataset`] reads `.csv` and `.mcap` into a [`gt_core::Dataset`]; [`columns`] lists what
+//!   there is to select; [`info`] says what a log holds.
+//! - [`read_json`] and [`write_json`] are model and bank files.
+//!
+//! Every file appears under its name only when it is whole: it is written as `NAME.part` and
+//! renamed. No bytes, however broken, make a reader panic.
+
+mod atomic;
+mod build_info;
+mod error;
+mod import;
+mod info;
+mod message;
+mod model_file;
+mod reader;
+mod records;
+mod schema;
+mod source;
+mod table;
+mod time;
+mod writer;
+
+pub use atomic::write_atomically;
+pub use build_info::{BuildInfo, build_info};
+pub use error::{CellProblem, LogError, Place};
+pub use import::{DEFAULT_TOPIC, Imported, Selection, Warning, columns, read_dataset};
+pub use info::{AttachmentInfo, ChunkInfo, LogInfo, MetadataInfo, TopicInfo, info};
+pub use model_file::{read_json, write_json};
+pub use reader::{JsonMessage, read_attachment, read_json_messages};
+pub use source::sha256_hex;
+pub use time::{EPOCH_NS, UNIFORM_TOLERANCE, sample_time_ns};
+pub use writer::{JsonTopicId, LogWriter, RunMetadata, TopicId};

@@ -1,0 +1,509 @@
+//! The errors of this crate.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use gt_core::DataError;
+
+/// Why a file could not be read or written.
+///
+/// The text is complete: it carries its cause, so there is no `source` that would say it twice.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// There is no such file.
+    #[error("{}: there is no such file", path.display())]
+    NotFound {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A directory where a file was expected.
+    #[error("{}: expected a file, found a directory", path.display())]
+    Directory {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// The operating system refused.
+    #[error("{}: could not {action}: {cause}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What was tried.
+        action: &'static str,
+        /// What the operating system said.
+        cause: io::Error,
+    },
+    /// A file type that no reader knows, by its extension.
+    #[error("{}: expected a file that ends in .csv or .mcap, found {found}", path.display())]
+    Extension {
+        /// The file.
+        path: PathBuf,
+        /// The extension found, in words.
+        found: String,
+    },
+    /// Parquet, which this version does not read.
+    #[error("{}: Parquet is not supported yet; expected .csv or .mcap", path.display())]
+    Parquet {
+        /// The file.
+        path: PathBuf,
+    },
+
+    /// Bytes that are not UTF-8 text.
+    #[error(
+        "{}: line {line}: expected UTF-8 text, found the byte 0x{found:02x} at offset {offset} \
+         (a binary file, or text in another encoding)",
+        path.display()
+    )]
+    NotText {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// The offset of the byte, from 0.
+        offset: usize,
+        /// The byte.
+        found: u8,
+    },
+    /// A file without a header.
+    #[error("{}: expected a header row of tags, found an empty file", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A first row of numbers where the tags should be.
+    #[error("{}: line {line}: expected a header row of tags, found the numbers `{found}`", path.display())]
+    HeaderOfNumbers {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// The row.
+        found: String,
+    },
+    /// A header and nothing else.
+    #[error("{}: expected data rows below the header, found none", path.display())]
+    NoRows {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Two columns of one name.
+    #[error("{}: line {line}: expected every tag once, found `{column}` twice", path.display())]
+    DuplicateColumn {
+        /// The file.
+        path: PathBuf,
+        /// The line of the header.
+        line: u64,
+        /// The tag.
+        column: String,
+    },
+    /// A row with more or fewer fields than the header.
+    #[error("{}: line {line}: expected {expected} fields, found {found}", path.display())]
+    Ragged {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// The fields of the header.
+        expected: usize,
+        /// The fields of the row.
+        found: usize,
+    },
+    /// A cell that is no finite number.
+    #[error("{}: line {line}, column `{column}`: {problem}", path.display())]
+    Cell {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: u64,
+        /// The tag.
+        column: String,
+        /// What was expected and what was found.
+        problem: CellProblem,
+    },
+
+    /// A name that no column has.
+    #[error("{}: expected a column `{column}`, found {}", path.display(), list(available))]
+    UnknownColumn {
+        /// The file.
+        path: PathBuf,
+        /// The name asked for.
+        column: String,
+        /// The columns there are.
+        available: Vec<String>,
+    },
+    /// A pattern that no column matches.
+    #[error("{}: expected a column that matches `{pattern}`, found {}", path.display(), list(available))]
+    NoMatch {
+        /// The file.
+        path: PathBuf,
+        /// The pattern.
+        pattern: String,
+        /// The columns there are.
+        available: Vec<String>,
+    },
+    /// A pattern that cannot be read.
+    #[error("expected a pattern like `xmv*` or `y[12]`, found `{pattern}`: {cause}")]
+    Pattern {
+        /// The pattern.
+        pattern: String,
+        /// What is wrong with it.
+        cause: &'static str,
+    },
+    /// One tag selected twice on one side.
+    #[error("{}: `{column}` is selected twice as {side}; expected once", path.display())]
+    SelectedTwice {
+        /// The file.
+        path: PathBuf,
+        /// The tag.
+        column: String,
+        /// `input` or `output`.
+        side: &'static str,
+    },
+    /// One tag as input and as output.
+    #[error("{}: `{column}` is selected as input and as output; expected one of them", path.display())]
+    InputAndOutput {
+        /// The file.
+        path: PathBuf,
+        /// The tag.
+        column: String,
+    },
+    /// Neither inputs nor outputs selected.
+    #[error("{}: expected inputs or outputs to be selected, found neither; there are {}", path.display(), list(available))]
+    NothingSelected {
+        /// The file.
+        path: PathBuf,
+        /// The columns there are.
+        available: Vec<String>,
+    },
+    /// Rows that the file does not have.
+    #[error(
+        "{}: expected rows A:B with 0 <= A < B <= {total}, found {start}:{end} \
+         (0-based, half open)",
+        path.display()
+    )]
+    Rows {
+        /// The file.
+        path: PathBuf,
+        /// The first row asked for.
+        start: usize,
+        /// One past the last row asked for.
+        end: usize,
+        /// The rows there are.
+        total: usize,
+    },
+
+    /// Time stands still or goes backwards.
+    #[error(
+        "{}: {place}: expected a time after {previous_s} s, found {found_s} s; \
+         name another time column, or give the sample time",
+        path.display()
+    )]
+    TimeNotIncreasing {
+        /// The file.
+        path: PathBuf,
+        /// The row.
+        place: Place,
+        /// The time of the row before, in seconds.
+        previous_s: f64,
+        /// The time of this row, in seconds.
+        found_s: f64,
+    },
+    /// A step in time that differs from the others.
+    #[error(
+        "{}: {place}: expected a step of {expected_s} s (within {tolerance} of it), found \
+         {found_s} s; select rows without a gap, or give the sample time",
+        path.display()
+    )]
+    TimeNotUniform {
+        /// The file.
+        path: PathBuf,
+        /// The row after the step.
+        place: Place,
+        /// The median step, in seconds.
+        expected_s: f64,
+        /// This step, in seconds.
+        found_s: f64,
+        /// The relative tolerance.
+        tolerance: f64,
+    },
+    /// Too few rows to tell the sample time.
+    #[error("{}: expected 2 rows or more to tell the sample time, found {found}; give it", path.display())]
+    TooFewTimes {
+        /// The file.
+        path: PathBuf,
+        /// The rows there are.
+        found: usize,
+    },
+    /// A sample time that is not positive and finite.
+    #[error("expected a positive, finite sample time in seconds, found {found}")]
+    SampleTime {
+        /// The value.
+        found: f64,
+    },
+    /// A time column for a log, whose messages carry their time.
+    #[error("{}: an MCAP log carries its own time; expected no time column, found `{column}`", path.display())]
+    TimeColumnOfLog {
+        /// The file.
+        path: PathBuf,
+        /// The column asked for.
+        column: String,
+    },
+    /// The record could not be made.
+    #[error("{}: {cause}", path.display())]
+    Data {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        cause: DataError,
+    },
+
+    /// A file that does not begin like an MCAP file.
+    #[error("{}: expected an MCAP file, found other first bytes ({found:02x?})", path.display())]
+    Magic {
+        /// The file.
+        path: PathBuf,
+        /// The first bytes, 8 at most.
+        found: Vec<u8>,
+    },
+    /// An MCAP file that stops before its end.
+    #[error("{}: the log is cut off: expected its closing records, found the end of the file after {size} bytes", path.display())]
+    Truncated {
+        /// The file.
+        path: PathBuf,
+        /// The bytes there are.
+        size: u64,
+    },
+    /// An MCAP file that breaks the format.
+    #[error("{}: expected a sound MCAP file, found: {cause}", path.display())]
+    Corrupt {
+        /// The file.
+        path: PathBuf,
+        /// What the reader found.
+        cause: mcap::McapError,
+    },
+    /// A topic that the log does not have.
+    #[error("{}: expected a topic `{topic}`, found {}", path.display(), list(available))]
+    UnknownTopic {
+        /// The file.
+        path: PathBuf,
+        /// The topic asked for.
+        topic: String,
+        /// The topics there are.
+        available: Vec<String>,
+    },
+    /// A topic of another encoding.
+    #[error("{}: topic `{topic}`: expected {expected}, found `{found}`", path.display())]
+    Encoding {
+        /// The file.
+        path: PathBuf,
+        /// The topic.
+        topic: String,
+        /// What was expected.
+        expected: &'static str,
+        /// The encoding and schema found.
+        found: String,
+    },
+    /// A schema that cannot be read.
+    #[error("{}: topic `{topic}`: expected the descriptor of `{message}`, found: {cause}", path.display())]
+    Descriptor {
+        /// The file.
+        path: PathBuf,
+        /// The topic.
+        topic: String,
+        /// The message.
+        message: String,
+        /// What is wrong.
+        cause: String,
+    },
+    /// A topic without messages.
+    #[error("{}: topic `{topic}`: expected messages, found none", path.display())]
+    NoMessages {
+        /// The file.
+        path: PathBuf,
+        /// The topic.
+        topic: String,
+    },
+    /// A message without a field that was selected.
+    #[error("{}: topic `{topic}`, {time_s} s: expected a value of `{column}`, found none", path.display())]
+    MissingField {
+        /// The file.
+        path: PathBuf,
+        /// The topic.
+        topic: String,
+        /// The tag.
+        column: String,
+        /// Seconds since the topic's first message.
+        time_s: f64,
+    },
+    /// A message that cannot be decoded.
+    #[error("{}: topic `{topic}`, {time_s} s: expected a message of its schema, found: {cause}", path.display())]
+    Message {
+        /// The file.
+        path: PathBuf,
+        /// The topic.
+        topic: String,
+        /// Seconds since the topic's first message.
+        time_s: f64,
+        /// What is wrong.
+        cause: String,
+    },
+    /// An attachment that the log does not have.
+    #[error("{}: expected an attachment `{name}`, found {}", path.display(), list(available))]
+    UnknownAttachment {
+        /// The file.
+        path: PathBuf,
+        /// The name asked for.
+        name: String,
+        /// The attachments there are.
+        available: Vec<String>,
+    },
+
+    /// JSON that cannot be read.
+    #[error("{}: line {line}, column {column}: {cause}", path.display())]
+    Json {
+        /// The file.
+        path: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// The column, from 1.
+        column: usize,
+        /// What was expected and found.
+        cause: String,
+    },
+    /// A value that cannot be written as JSON.
+    #[error("{}: expected a value that JSON can hold, found: {cause}", path.display())]
+    NotJson {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        cause: String,
+    },
+
+    /// The log could not be written.
+    #[error("{}: could not write the log: {cause}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the writer said.
+        cause: mcap::McapError,
+    },
+    /// A topic added twice.
+    #[error("expected every topic once, found `{topic}` twice")]
+    DuplicateTopic {
+        /// The topic.
+        topic: String,
+    },
+    /// A topic of another writer.
+    #[error("expected one of the {expected} topics of this log, found the number {found}")]
+    ForeignTopic {
+        /// The topics of this log.
+        expected: usize,
+        /// The number found.
+        found: usize,
+    },
+    /// A message name that Protobuf does not allow.
+    #[error("expected a message name of letters, digits and _, found `{found}`")]
+    MessageName {
+        /// The name.
+        found: String,
+    },
+    /// A tag used twice in a topic.
+    #[error("topic `{topic}`: expected every tag once, found `{field}` twice")]
+    DuplicateField {
+        /// The topic.
+        topic: String,
+        /// The tag.
+        field: String,
+    },
+    /// A message with a wrong number of values.
+    #[error("topic `{topic}`: expected {expected} values, found {found}")]
+    FieldCount {
+        /// The topic.
+        topic: String,
+        /// The fields of the topic.
+        expected: usize,
+        /// The values given.
+        found: usize,
+    },
+}
+
+impl LogError {
+    pub(crate) fn io(path: &Path, action: &'static str, cause: io::Error) -> Self {
+        let path = path.to_owned();
+        match cause.kind() {
+            io::ErrorKind::NotFound if action == "open" => Self::NotFound { path },
+            io::ErrorKind::IsADirectory => Self::Directory { path },
+            _ => Self::Io {
+                path,
+                action,
+                cause,
+            },
+        }
+    }
+}
+
+/// What is wrong with a cell.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum CellProblem {
+    /// Nothing in it.
+    Empty,
+    /// Something else than a number.
+    Text(String),
+    /// NaN or infinity.
+    NotFinite(String),
+    /// Something else than a time.
+    Time(String),
+}
+
+impl fmt::Display for CellProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => f.write_str("expected a finite number, found an empty cell"),
+            Self::Text(found) | Self::NotFinite(found) => {
+                write!(f, "expected a finite number, found `{found}`")
+            }
+            Self::Time(found) => {
+                write!(
+                    f,
+                    "expected seconds or an ISO 8601 time, all alike, found `{found}`"
+                )
+            }
+        }
+    }
+}
+
+/// Where in a file a row stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// A line of text, from 1.
+    Line(u64),
+    /// A message of the topic in the order of time, from 0.
+    Message(usize),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Message(index) => write!(f, "message {index}"),
+        }
+    }
+}
+
+/// Names for a message: all of them up to a point, then how many more.
+fn list(names: &[String]) -> String {
+    const SHOWN: usize = 60;
+    if names.is_empty() {
+        return "none".to_owned();
+    }
+    let shown = names
+        .iter()
+        .take(SHOWN)
+        .map(String::as_str)
+        .collect::<Vec<_>>()
+        .join(", ");
+    match names.len().checked_sub(SHOWN) {
+        Some(more) if more > 0 => format!("{shown} and {more} more"),
+        _ => shown,
+    }
+}

@@ -1,0 +1,103 @@
+//! What a bank of detectors said of a record, as a log.
+
+use std::path::Path;
+
+use gtfdi::core::{Dataset, Signal};
+use gtfdi::fdi::{Alarm, Bank, BankRun};
+use serde::Serialize;
+
+use crate::{EPOCH_NS, LogError, LogWriter, RunMetadata, sample_time_ns};
+
+/// Thresholds are repeated this often, so that a reader who starts in the middle finds them.
+const THRESHOLD_PERIOD_S: f64 = 60.0;
+/// Severity of an alarm (1 to 1000 after OPC 10000-9); thresholds alone do not grade it.
+const SEVERITY: u16 = 500;
+
+/// A change of an alarm's state, as it stands in `/alarms`.
+#[derive(Serialize)]
+struct AlarmEvent<'a> {
+    source: &'a str,
+    state: &'static str,
+    severity: u16,
+    onset_s: f64,
+    residual: f64,
+    limit: f64,
+}
+
+/// The JSON Schema of an [`AlarmEvent`].
+fn alarm_schema() -> serde_json::Value {
+    serde_json::json!({
+        "type": "object",
+        "properties": {
+            "source": {"type": "string"},
+            "state": {"enum": ["active", "inactive"]},
+            "severity": {"type": "integer", "minimum": 1, "maximum": 1000},
+            "onset_s": {"type": "number"},
+            "residual": {"type": "number"},
+            "limit": {"type": "number"}
+        }
+    })
+}
+
+/// Writes residuals, thresholds and alarms of `run` over `data` to `path`; the bank itself is
+/// attached.
+///
+/// # Errors
+/// [`LogError`] when the file cannot be written; nothing is left under `path` then.
+pub fn write_verdicts(
+    path: &Path,
+    bank: &Bank,
+    data: &Dataset,
+    run: &BankRun,
+    metadata: &RunMetadata,
+) -> Result<(), LogError> {
+    let mut log = LogWriter::create(path, metadata)?;
+    let name = &bank.name;
+    let document = serde_json::to_vec_pretty(bank).map_err(|cause| LogError::NotJson {
+        path: path.to_owned(),
+        cause: cause.to_string(),
+    })?;
+    log.attach(&format!("models/{name}.json"), "application/json", &document)?;
+    let signals: Vec<Signal> =
+        bank.detectors().iter().map(|detector| detector.generator.output().clone()).collect();
+    let period_s = data.sample_time_s();
+    let topic = |what: &str| format!("/fdi/{name}/{what}");
+    let residual = log.add_topic(&topic("residual"), "Residual", &signals, period_s, name)?;
+    let threshold = log.add_topic(&topic("threshold"), "Threshold", &signals, THRESHOLD_PERIOD_S, name)?;
+    let alarms = log.add_json_topic("/alarms", "Alarm", &alarm_schema(), name)?;
+
+    let limits: Vec<f64> =
+        bank.detectors().iter().map(|detector| detector.threshold.limit).collect();
+    let mut events: Vec<(f64, &Alarm, &'static str)> = Vec::new();
+    for alarm in &run.alarms {
+        events.push((alarm.time_s, alarm, "active"));
+        if let Some(end_s) = alarm.end_s {
+            events.push((end_s, alarm, "inactive"));
+        }
+    }
+    events.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut events = events.into_iter().peekable();
+    let start_ns = sample_time_ns(1, data.start_time_s()) - EPOCH_NS;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
+    let repeat = ((THRESHOLD_PERIOD_S / period_s) as usize).max(1);
+    for k in 0..data.len() {
+        let time_ns = sample_time_ns(k, period_s) + start_ns;
+        if k % repeat == 0 {
+            log.write(threshold, time_ns, &limits)?;
+        }
+        let residuals: Vec<f64> = run.residuals.column(k).iter().copied().collect();
+        log.write(residual, time_ns, &residuals)?;
+        while let Some((_, alarm, state)) = events.next_if(|event| event.0 <= data.time_s(k)) {
+            let event = AlarmEvent {
+                source: &alarm.tag,
+                state,
+                severity: SEVERITY,
+                onset_s: alarm.first_exceedance_s,
+                residual: alarm.residual,
+                limit: alarm.threshold,
+            };
+            log.write_json(alarms, time_ns, &event)?;
+        }
+    }
+    log.finish()
+}
