@@ -40,7 +40,8 @@ pub enum ArxStructure {
     ///
     /// Where `v_j > v_i` for some `j < i`, the row of output `i` holds `y_j` at lag 0. Least
     /// squares on such a row is consistent only where the equation errors of the outputs are not
-    /// correlated; [`generic_indices`] have no such term.
+    /// correlated. Equal indices have no such term, nor have ascending ones; [`generic_indices`]
+    /// have it unless the outputs share the order evenly.
     Canonical {
         /// `v_i`, one per output; the order is their sum (eq. 8).
         indices: Vec<usize>,
@@ -268,8 +269,9 @@ pub(crate) fn shared_index(indices: &[usize], i: usize, j: usize) -> usize {
     }
 }
 
-/// The indices of a generic system of the given order: `v_1 >= v_2 >= .. >= v_m >= v_1 - 1`.
-/// Almost every system of that order has them, and no row has a term at lag 0 of another output.
+/// The indices of a generic system of the given order: `v_1 >= v_2 >= .. >= v_m >= v_1 - 1`, which
+/// almost every system of that order has. An order that is a multiple of the number of outputs
+/// gives equal indices, and no row then has a term at lag 0 of another output.
 ///
 /// # Errors
 /// [`IdentError::NoOutputs`], or [`IdentError::OrderTooSmall`] when an output would get none.

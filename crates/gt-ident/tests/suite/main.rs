@@ -1,0 +1,18 @@
+//! Tests of gt-ident through its public interface, in one binary.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "the helpers of a test may fail it"
+)]
+#![allow(
+    clippy::float_cmp,
+    reason = "numbers that are copied, not computed, are compared exactly"
+)]
+
+mod common;
+mod errors;
+mod fit;
+mod order;
+mod realisation;
+mod reference;
