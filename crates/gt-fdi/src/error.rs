@@ -101,7 +101,7 @@ pub enum FdiError {
     /// Two sample times that must agree do not.
     #[error("sample time of {what}: expected {expected_s} s, found {found_s} s")]
     SampleTime {
-        /// Whose sample time was looked at, for example ``record``.
+        /// Whose sample time was looked at, for example `the record`.
         what: String,
         /// The sample time that fits, in seconds.
         expected_s: f64,

@@ -14,4 +14,10 @@ pub mod design;
 mod error;
 pub mod runtime;
 
+pub use design::{
+    Alarm, Bank, BankRun, Calibration, FalseAlarmRate, FalseAlarmSummary, Feature, FixedThreshold,
+    OutputDetector, ResidualGenerator, SignatureMatrix, ThresholdRule, calibrate, count_alarms,
+    feature, place, signature,
+};
 pub use error::FdiError;
+pub use runtime::{ChannelVerdict, Detector, ExceedanceRun, StepError, Verdict};

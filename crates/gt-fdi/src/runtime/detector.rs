@@ -40,7 +40,8 @@ pub enum StepError {
     },
     /// The time goes back, stands still or advances by less than half a sample time.
     #[error(
-        "time of the sample: expected about {sample_time_s} s after {previous_s} s, found {found_s} s"
+        "time of the sample: expected about {sample_time_s} s after {previous_s} s, \
+         found {found_s} s"
     )]
     TimeNotAdvancing {
         /// Time of the sample before, in seconds.

@@ -152,6 +152,37 @@ fn settling_is_the_last_crossing_of_the_level() {
     assert!((settle..settle + 200).all(|k| norm(k) < SETTLE_LEVEL));
 }
 
+/// A free response that dips below the level and comes back has not settled. Poles 0.8 and -0.8
+/// with the second state in units 50 times larger: even powers are `0.8^k I`, below 1e-4 from 42
+/// on, odd ones have the norm `50 x 0.8^(k-1)`, which is still 1.2e-4 at 59 and 7.7e-5 at 61.
+#[test]
+fn a_response_that_comes_back_has_not_settled() {
+    let canonical = canonical(&[0.9, 0.6], DMatrix::zeros(2, 2), DMatrix::zeros(1, 2), "y");
+    let units = DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 0.02]));
+    let model = transformed(&canonical, &units);
+    let generator = ResidualGenerator::observer(model, OperatingPoint::zero(2, 1), &[0.8, -0.8]);
+    assert_eq!(generator.unwrap().settle_samples(), 60);
+}
+
+/// The paper's designs, eight poles at 0.7, 0.3 and 0.4, settle, slower ones later.
+#[test]
+fn eight_equal_poles_settle() {
+    let open = [0.95, 0.9, 0.8, 0.7, 0.6, 0.5, 0.3, 0.1];
+    let settle = |pole: f64| {
+        let model = canonical(&open, DMatrix::zeros(8, 2), DMatrix::zeros(1, 2), "y");
+        let generator = ResidualGenerator::observer(model, OperatingPoint::zero(2, 1), &[pole; 8]);
+        generator.unwrap().settle_samples()
+    };
+    let samples = [0.0, 0.3, 0.4, 0.7].map(settle);
+    assert_eq!(samples[0], 8);
+    assert!(
+        samples.is_sorted_by(|left, right| left < right),
+        "{samples:?}"
+    );
+    // One pole at 0.7 alone takes 26 samples; eight take longer, and not for ever.
+    assert!(samples[3] > 26 && samples[3] < 500, "{samples:?}");
+}
+
 #[test]
 fn a_pole_too_slow_to_settle_is_refused() {
     let model = canonical(&[0.7], DMatrix::zeros(1, 2), DMatrix::zeros(1, 2), "y");

@@ -36,6 +36,15 @@ fn moving_mean_by_hand() {
     assert!(nan[0].is_nan() && nan[1] == 1.0);
 }
 
+/// A value that swallows the others' digits is forgotten a window after it has left.
+#[test]
+fn a_moving_mean_forgets_a_huge_value() {
+    let mut series = vec![1.0; 40];
+    series[2] = 1e17;
+    let means = feature(&series, 1.0, Feature::MovingMean { window_s: 4.0 });
+    assert_eq!(means[8..], [1.0; 32]);
+}
+
 proptest! {
     #[test]
     fn prop_moving_mean_is_the_mean_of_the_window(seed in any::<u64>(), window in 1_usize..40) {
