@@ -26,7 +26,8 @@ pub enum FaultCase {
     ThermocoupleDrift,
     /// Case 3: the turbine loses isentropic efficiency.
     TurbineDamage,
-    /// Case 4: the fuel follows the demand with a first-order lag.
+    /// Case 4: the fuel follows the demand with a first-order lag. Above 3.05 s the speed loop is
+    /// unstable and swings between the limits of the fuel.
     FuelActuatorLag,
 }
 
@@ -318,6 +319,8 @@ impl FaultSizes {
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::float_cmp, reason = "these values are exact")]
+
     use super::*;
     use proptest::prelude::*;
 

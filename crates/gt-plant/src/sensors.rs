@@ -103,7 +103,25 @@ impl Deviations {
 }
 
 fn row_deviations(matrix: &DMatrix<f64>) -> Vec<f64> {
-    matrix.row_iter().map(|row| row.variance().sqrt()).collect()
+    matrix
+        .row_iter()
+        .map(|row| deviation(row.iter().copied()))
+        .collect()
+}
+
+/// Standard deviation, divided by N. Counted from the first value, so that a constant channel has
+/// exactly none and takes no noise at the level of rounding.
+fn deviation(values: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
+    let count = values.len() as f64;
+    let Some(first) = values.clone().next() else {
+        return 0.0;
+    };
+    let mean = values.clone().map(|value| value - first).sum::<f64>() / count;
+    (values
+        .map(|value| (value - first - mean).powi(2))
+        .sum::<f64>()
+        / count)
+        .sqrt()
 }
 
 /// Adds the drift of the thermocouple t3 to true outputs (28 x N) at the given times.
@@ -144,5 +162,22 @@ pub(crate) fn add_noise(
             level.fraction(quantity) * deviations.y[row],
             Purpose::OutputNoise(row),
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deviation_is_that_of_the_population() {
+        // 2, 4, 4, 4, 5, 5, 7, 9 have the mean 5 and the deviation 2.
+        let values = [2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0].map(|value| value + 1e9);
+        assert!((deviation(values.into_iter()) - 2.0).abs() < 1e-12);
+        assert_eq!(
+            deviation(std::iter::repeat_n(291.846488512, 7500)).to_bits(),
+            0.0f64.to_bits()
+        );
+        assert_eq!(deviation(std::iter::empty()).to_bits(), 0.0f64.to_bits());
     }
 }

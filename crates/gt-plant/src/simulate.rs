@@ -39,10 +39,16 @@ pub fn simulate(scenario: &Scenario) -> Result<Run, PlantError> {
 
 /// Runs a scenario with given parameters, which replace those of its map set.
 ///
-/// The run starts from the healthy equilibrium. At `t = k Ts`, `k = 0 .. N-1`, sensors and the
+/// The run starts from the healthy equilibrium. At `t = k Ts`, `k = 0 .. N-1`, the outputs and the
 /// governor's demand are read; then valve, speed reference and dither move and are held until the
-/// next sample, while the governor acts continuously. Where there is noise and a fault that acts
-/// on the plant, the healthy record is simulated too, because noise is scaled by it.
+/// next sample, while the governor acts continuously. `a_v` and `w_ref` are recorded as they are
+/// held from `t` on, so that a model needs no direct term for them; `M_f` is the demand that the
+/// outputs saw, and every output needs a direct term for it (`nk = 0`). Recording `a_v` before it
+/// moves would call for a direct term there too: without one, free runs of ARX models of order 8
+/// diverged.
+///
+/// Where there is noise and a fault that acts on the plant, the healthy record is simulated too,
+/// because noise is scaled by it.
 ///
 /// # Errors
 /// [`PlantError`] when parameters or scenario are refused, when there is no equilibrium, or when
@@ -64,11 +70,11 @@ pub fn simulate_with(parameters: &PlantParameters, scenario: &Scenario) -> Resul
         } else {
             Deviations::of(&path.u, &path.y)
         };
-        if !scenario.profile.excites() {
-            warnings.push(Warning::NoNoise);
-        } else {
+        if scenario.profile.excites() {
             let key = [scenario.seed, scenario.run_index];
             add_noise(&mut u, &mut y, scenario.noise, &deviations, key);
+        } else {
+            warnings.push(Warning::NoNoise);
         }
     }
     let dataset = |u, y| Dataset::new(input_signals(), output_signals(), u, y, SAMPLE_TIME_S);
@@ -117,6 +123,11 @@ fn integrate(
         let sampled = sample(parameters, &inputs, &sizes, &State::from_array(&x), t)?;
         path.limits.see(sampled.demand.limit, t);
         path.y.column_mut(k).copy_from_slice(&sampled.outputs);
+        let deviation = excitation.step();
+        inputs.valve_deg = design.valve_deg + deviation.valve_deg;
+        inputs.speed_reference_rad_s =
+            design.speed_reference_rad_s * (1.0 + deviation.speed_fraction);
+        inputs.fuel_dither_kg_s = parameters.governor.design_fuel_kg_s * deviation.dither_fraction;
         path.u.column_mut(k).copy_from_slice(&[
             inputs.valve_deg,
             sampled.demand.fuel_kg_s,
@@ -124,11 +135,6 @@ fn integrate(
             inputs.ambient_pa,
             inputs.ambient_k,
         ]);
-        let deviation = excitation.step();
-        inputs.valve_deg = design.valve_deg + deviation.valve_deg;
-        inputs.speed_reference_rad_s =
-            design.speed_reference_rad_s * (1.0 + deviation.speed_fraction);
-        inputs.fuel_dither_kg_s = parameters.governor.design_fuel_kg_s * deviation.dither_fraction;
         if k + 1 == n {
             break;
         }

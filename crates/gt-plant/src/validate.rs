@@ -1,6 +1,5 @@
 //! What parameters are physically possible.
 
-use crate::components::duct::Duct;
 use crate::components::governor::Governor;
 use crate::{PlantError, PlantParameters};
 
@@ -43,32 +42,32 @@ impl Rule {
     }
 }
 
+/// Name, value and rule of fields of a struct, grouped by rule.
+macro_rules! numbers {
+    ($of:expr; $($rule:ident { $($first:ident $(. $rest:ident)*),+ $(,)? })+) => {
+        [$($((
+            concat!(stringify!($first) $(, ".", stringify!($rest))*),
+            $of.$first $(.$rest)*,
+            Rule::$rule,
+        )),+),+]
+    };
+}
+
 impl PlantParameters {
     /// Refuses what is physically impossible.
     ///
     /// # Errors
     /// [`PlantError::Parameter`] with the first impossible value.
     pub fn validate(&self) -> Result<(), PlantError> {
-        let numbers = self
-            .design_numbers()
-            .into_iter()
-            .chain(self.cold_numbers())
-            .chain(self.hot_numbers());
-        for (name, found, rule) in numbers {
+        let pressures = self
+            .design
+            .pressures_pa
+            .map(|p| ("design.pressures_pa", p, Rule::Positive));
+        for (name, found, rule) in self.numbers().into_iter().chain(pressures) {
             if !rule.holds(found) {
                 return Err(PlantError::Parameter {
                     name,
                     expected: rule.expected(),
-                    found,
-                });
-            }
-        }
-        for &found in &self.design.pressures_pa {
-            if !Rule::Positive.holds(found) {
-                let expected = Rule::Positive.expected();
-                return Err(PlantError::Parameter {
-                    name: "design.pressures_pa",
-                    expected,
                     found,
                 });
             }
@@ -96,264 +95,135 @@ impl PlantParameters {
         Ok(())
     }
 
-    fn design_numbers(&self) -> [(&'static str, f64, Rule); 14] {
-        let (design, governor) = (&self.design, &self.governor);
-        [
-            ("design.ambient_pa", design.ambient_pa, Rule::Positive),
-            ("design.ambient_k", design.ambient_k, Rule::Positive),
-            ("design.valve_deg", design.valve_deg, Rule::Angle),
-            ("design.speed_rad_s", design.speed_rad_s, Rule::Positive),
-            (
-                "design.intake_flow_kg_s",
+    /// All numbers but the pressures of the design point.
+    fn numbers(&self) -> [(&'static str, f64, Rule); 54] {
+        numbers! { self;
+            Positive {
+                design.ambient_pa,
+                design.ambient_k,
+                design.speed_rad_s,
                 design.intake_flow_kg_s,
-                Rule::Positive,
-            ),
-            (
-                "design.combustor_flow_kg_s",
                 design.combustor_flow_kg_s,
-                Rule::Positive,
-            ),
-            (
-                "design.exhaust_flow_kg_s",
                 design.exhaust_flow_kg_s,
-                Rule::Positive,
-            ),
-            (
-                "governor.proportional_gain",
-                governor.proportional_gain,
-                Rule::NotNegative,
-            ),
-            (
-                "governor.integral_gain",
-                governor.integral_gain,
-                Rule::Positive,
-            ),
-            (
-                "governor.design_fuel_kg_s",
-                governor.design_fuel_kg_s,
-                Rule::Positive,
-            ),
-            (
-                "governor.minimum_fuel_kg_s",
-                governor.minimum_fuel_kg_s,
-                Rule::NotNegative,
-            ),
-            (
-                "governor.maximum_fuel_kg_s",
-                governor.maximum_fuel_kg_s,
-                Rule::Positive,
-            ),
-            (
-                "actuator.shortest_lag_s",
-                self.actuator.shortest_lag_s,
-                Rule::Positive,
-            ),
-            (
-                "shaft.inertia_kg_m2",
-                self.shaft.inertia_kg_m2,
-                Rule::Positive,
-            ),
-        ]
-    }
-
-    fn cold_numbers(&self) -> [(&'static str, f64, Rule); 23] {
-        let (intake, compressor) = (&self.intake, &self.compressor);
-        let Duct {
-            inertance_per_m,
-            loss_pa_s2_kg2,
-            head_pa,
-        } = intake.duct;
-        [
-            (
-                "intake.duct.inertance_per_m",
-                inertance_per_m,
-                Rule::Positive,
-            ),
-            (
-                "intake.duct.loss_pa_s2_kg2",
-                loss_pa_s2_kg2,
-                Rule::NotNegative,
-            ),
-            ("intake.duct.head_pa", head_pa, Rule::Finite),
-            (
-                "intake.plenum.volume_m3",
+                intake.duct.inertance_per_m,
                 intake.plenum.volume_m3,
-                Rule::Positive,
-            ),
-            (
-                "intake.plenum_temperature_ratio",
                 intake.plenum_temperature_ratio,
-                Rule::Positive,
-            ),
-            (
-                "intake.inlet_temperature_ratio",
                 intake.inlet_temperature_ratio,
-                Rule::Positive,
-            ),
-            (
-                "intake.inlet_loss_pa_s2_kg2",
-                intake.inlet_loss_pa_s2_kg2,
-                Rule::NotNegative,
-            ),
-            (
-                "compressor.design_flow_kg_s",
                 compressor.design_flow_kg_s,
-                Rule::Positive,
-            ),
-            (
-                "compressor.design_pressure_ratio",
-                compressor.design_pressure_ratio,
-                Rule::AboveOne,
-            ),
-            (
-                "compressor.design_corrected_speed",
                 compressor.design_corrected_speed,
-                Rule::Positive,
-            ),
-            (
-                "compressor.design_efficiency",
-                compressor.design_efficiency,
-                Rule::Efficiency,
-            ),
-            (
-                "compressor.pressure_exponent",
-                compressor.pressure_exponent,
-                Rule::NotNegative,
-            ),
-            (
-                "compressor.flow_exponent",
-                compressor.flow_exponent,
-                Rule::NotNegative,
-            ),
-            (
-                "compressor.line_slope",
-                compressor.line_slope,
-                Rule::NotNegative,
-            ),
-            (
-                "compressor.efficiency_speed_curvature",
-                compressor.efficiency_speed_curvature,
-                Rule::NotNegative,
-            ),
-            (
-                "compressor.efficiency_pressure_curvature",
-                compressor.efficiency_pressure_curvature,
-                Rule::NotNegative,
-            ),
-            (
-                "compressor.exit_temperature_ratio",
                 compressor.exit_temperature_ratio,
-                Rule::Positive,
-            ),
-            (
-                "compressor_exit.volume_m3",
-                self.compressor_exit.volume_m3,
-                Rule::Positive,
-            ),
-            (
-                "diffuser.inertance_per_m",
-                self.diffuser.inertance_per_m,
-                Rule::Positive,
-            ),
-            (
-                "diffuser.loss_pa_s2_kg2",
-                self.diffuser.loss_pa_s2_kg2,
-                Rule::NotNegative,
-            ),
-            ("diffuser.head_pa", self.diffuser.head_pa, Rule::Finite),
-            (
-                "combustor_inlet.volume_m3",
-                self.combustor_inlet.volume_m3,
-                Rule::Positive,
-            ),
-            (
-                "turbine_bleed.flow_function",
-                self.turbine_bleed.flow_function,
-                Rule::NotNegative,
-            ),
-        ]
+                compressor_exit.volume_m3,
+                diffuser.inertance_per_m,
+                combustor_inlet.volume_m3,
+                liner.inertance_per_m,
+                combustor.effective_heating_value_j_kg,
+                combustor_exit.volume_m3,
+                turbine.flow_constant,
+                turbine.design_velocity_ratio,
+                exhaust.turbine_exit.volume_m3,
+                exhaust.duct_volume.volume_m3,
+                exhaust.duct.inertance_per_m,
+                valve.full_area_m2,
+                shaft.inertia_kg_m2,
+                governor.integral_gain,
+                governor.design_fuel_kg_s,
+                governor.maximum_fuel_kg_s,
+                actuator.shortest_lag_s,
+            }
+            NotNegative {
+                intake.duct.loss_pa_s2_kg2,
+                intake.inlet_loss_pa_s2_kg2,
+                compressor.pressure_exponent,
+                compressor.flow_exponent,
+                compressor.line_slope,
+                compressor.efficiency_speed_curvature,
+                compressor.efficiency_pressure_curvature,
+                diffuser.loss_pa_s2_kg2,
+                turbine_bleed.flow_function,
+                exhaust_bleed.flow_function,
+                liner.loss_pa_s2_kg2,
+                turbine.efficiency_curvature,
+                exhaust.duct.loss_pa_s2_kg2,
+                shaft.loss_n_m_s2,
+                governor.proportional_gain,
+                governor.minimum_fuel_kg_s,
+            }
+            Finite { intake.duct.head_pa, diffuser.head_pa, liner.head_pa, exhaust.duct.head_pa }
+            Efficiency { compressor.design_efficiency, turbine.design_efficiency }
+            AboveOne { compressor.design_pressure_ratio }
+            Angle { design.valve_deg }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+    use crate::MapSet;
+
+    /// Pointers (`/intake/duct/head_pa`) to all numbers of a tree.
+    fn leaves(tree: &Value, path: &str, found: &mut Vec<String>) {
+        match tree {
+            Value::Object(fields) => {
+                fields
+                    .iter()
+                    .for_each(|(name, of)| leaves(of, &format!("{path}/{name}"), found));
+            }
+            Value::Array(items) => {
+                items
+                    .iter()
+                    .enumerate()
+                    .for_each(|(i, of)| leaves(of, &format!("{path}/{i}"), found));
+            }
+            _ => found.push(path.to_owned()),
+        }
     }
 
-    fn hot_numbers(&self) -> [(&'static str, f64, Rule); 17] {
-        let (turbine, exhaust) = (&self.turbine, &self.exhaust);
-        [
-            (
-                "exhaust_bleed.flow_function",
-                self.exhaust_bleed.flow_function,
-                Rule::NotNegative,
-            ),
-            (
-                "liner.inertance_per_m",
-                self.liner.inertance_per_m,
-                Rule::Positive,
-            ),
-            (
-                "liner.loss_pa_s2_kg2",
-                self.liner.loss_pa_s2_kg2,
-                Rule::NotNegative,
-            ),
-            ("liner.head_pa", self.liner.head_pa, Rule::Finite),
-            (
-                "combustor.effective_heating_value_j_kg",
-                self.combustor.effective_heating_value_j_kg,
-                Rule::Positive,
-            ),
-            (
-                "combustor_exit.volume_m3",
-                self.combustor_exit.volume_m3,
-                Rule::Positive,
-            ),
-            (
-                "turbine.flow_constant",
-                turbine.flow_constant,
-                Rule::Positive,
-            ),
-            (
-                "turbine.design_efficiency",
-                turbine.design_efficiency,
-                Rule::Efficiency,
-            ),
-            (
-                "turbine.design_velocity_ratio",
-                turbine.design_velocity_ratio,
-                Rule::Positive,
-            ),
-            (
-                "turbine.efficiency_curvature",
-                turbine.efficiency_curvature,
-                Rule::NotNegative,
-            ),
-            (
-                "exhaust.turbine_exit.volume_m3",
-                exhaust.turbine_exit.volume_m3,
-                Rule::Positive,
-            ),
-            (
-                "exhaust.duct_volume.volume_m3",
-                exhaust.duct_volume.volume_m3,
-                Rule::Positive,
-            ),
-            (
-                "exhaust.duct.inertance_per_m",
-                exhaust.duct.inertance_per_m,
-                Rule::Positive,
-            ),
-            (
-                "exhaust.duct.loss_pa_s2_kg2",
-                exhaust.duct.loss_pa_s2_kg2,
-                Rule::NotNegative,
-            ),
-            ("exhaust.duct.head_pa", exhaust.duct.head_pa, Rule::Finite),
-            (
-                "valve.full_area_m2",
-                self.valve.full_area_m2,
-                Rule::Positive,
-            ),
-            (
-                "shaft.loss_n_m_s2",
-                self.shaft.loss_n_m_s2,
-                Rule::NotNegative,
-            ),
-        ]
+    #[test]
+    fn every_number_but_a_head_must_not_be_negative() {
+        let tree = serde_json::to_value(PlantParameters::for_maps(MapSet::Paper)).unwrap();
+        let mut paths = Vec::new();
+        leaves(&tree, "", &mut paths);
+        assert_eq!(paths.len(), 60, "54 numbers and 6 pressures: {paths:?}");
+        for path in paths.iter().filter(|path| !path.ends_with("head_pa")) {
+            let mut changed = tree.clone();
+            *changed.pointer_mut(path).unwrap() = Value::from(-1.0);
+            let parameters: PlantParameters = serde_json::from_value(changed).unwrap();
+            let Err(PlantError::Parameter { name, found, .. }) = parameters.validate() else {
+                panic!("{path} = -1 was accepted");
+            };
+            assert!(
+                path.replace('/', ".")[1..].starts_with(name),
+                "{path}: {name}"
+            );
+            assert_eq!(found.to_bits(), (-1.0f64).to_bits());
+        }
+    }
+
+    #[test]
+    fn impossible_values_are_named() {
+        let mut parameters = PlantParameters::for_maps(MapSet::Axial);
+        assert_eq!(parameters.validate(), Ok(()));
+        parameters.turbine.design_efficiency = 1.2;
+        assert_eq!(
+            parameters.validate().unwrap_err().to_string(),
+            "plant parameter turbine.design_efficiency: expected a number above 0 and at most 1, \
+             found 1.2"
+        );
+        parameters = PlantParameters::for_maps(MapSet::Paper);
+        parameters.exhaust.duct.head_pa = f64::NAN;
+        assert_eq!(
+            parameters.validate().unwrap_err().to_string(),
+            "plant parameter exhaust.duct.head_pa: expected a finite number, found NaN"
+        );
+        parameters = PlantParameters::for_maps(MapSet::Paper);
+        parameters.governor.maximum_fuel_kg_s = 0.2;
+        assert_eq!(
+            parameters.validate().unwrap_err().to_string(),
+            "plant parameter governor.maximum_fuel_kg_s: expected at least \
+             governor.design_fuel_kg_s, found 0.2"
+        );
     }
 }

@@ -28,6 +28,8 @@ impl Actuator {
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::float_cmp, reason = "these values are exact")]
+
     use super::*;
     use proptest::prelude::*;
 
@@ -48,6 +50,15 @@ mod tests {
             let (fuel, rate) = ACTUATOR.respond(10.0, 10.0 - held_back, lag_s);
             prop_assert!((rate - 1.0).abs() < 1e-9, "the state follows the ramp: {}", rate);
             prop_assert!((10.0 - fuel - lag_s).abs() < 1e-12);
+        }
+
+        #[test]
+        fn prop_nothing_jumps_as_the_lag_grows(lag_s in 0.0..0.05f64) {
+            let at = |lag_s| ACTUATOR.respond(0.3, 0.2, lag_s);
+            let ((fuel, rate), (later_fuel, later_rate)) = (at(lag_s), at(lag_s + 1e-9));
+            // Steepest slopes: 0.1 kg/s over 0.01 s, and its derivative 0.1 / 0.01^2.
+            prop_assert!((later_fuel - fuel).abs() < 1.01e-8);
+            prop_assert!((later_rate - rate).abs() < 1.01e-6);
         }
     }
 }

@@ -79,6 +79,8 @@ impl Governor {
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::float_cmp, reason = "these values are exact")]
+
     use super::*;
 
     const GOVERNOR: Governor = Governor {

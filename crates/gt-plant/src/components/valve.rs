@@ -8,7 +8,7 @@ use crate::gas::GAS_CONSTANT_J_KG_K;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Valve {
-    /// Effective area times `1 / (1 - cos `a_v`)`, m^2 (derived from Table 3).
+    /// Effective area times `1 / (1 - cos ``a_v``)`, m^2 (derived from Table 3).
     pub full_area_m2: f64,
 }
 
@@ -44,6 +44,8 @@ pub fn nozzle_function(pressure_ratio: f64, gamma: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::float_cmp, reason = "these values are exact")]
+
     use super::*;
     use proptest::prelude::*;
 
