@@ -189,4 +189,14 @@ pub enum IdentError {
         /// Rank found.
         found: usize,
     },
+    /// The realisation would have more states than are of any use.
+    #[error("states: expected at most {limit}, found {found} (a longest lag of {max_lag} samples)")]
+    TooManyStates {
+        /// The largest number accepted.
+        limit: usize,
+        /// The number that the model needs.
+        found: usize,
+        /// The model's longest lag.
+        max_lag: usize,
+    },
 }

@@ -40,7 +40,7 @@ impl Term {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArxRow {
-    /// The terms, in the order of [`ArxStructure::regressors`].
+    /// The terms: outputs before inputs, recent lags first, channels in order within a lag.
     pub terms: Vec<Term>,
     /// Mean square of the equation error over the regression rows (residual sum of squares / T).
     pub residual_variance: f64,

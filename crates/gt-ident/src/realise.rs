@@ -10,6 +10,9 @@ use crate::{ArxModel, ArxStructure, CanonicalForm, Channel, IdentError, Term};
 /// entry of `A` (at least 1): rounding, not structure.
 const PATTERN_TOLERANCE: f64 = 1e-12;
 
+/// A realisation with more states is refused: its `A` alone would take 200 MB.
+pub const STATE_LIMIT: usize = 5000;
+
 /// The realisation of one row of an ARX model: a single output, driven by the model's inputs and
 /// by the other outputs that the row uses, as measured inputs.
 #[derive(Debug, Clone, PartialEq)]
@@ -240,9 +243,10 @@ impl ArxModel {
     /// lag as the common index of all outputs and zeros for the coefficients that it lacks.
     ///
     /// # Errors
-    /// [`IdentError::IndexZero`] for a model without any lag, which has no state.
+    /// [`IdentError::IndexZero`] for a model without any lag, which has no state;
+    /// [`IdentError::TooManyStates`] beyond [`STATE_LIMIT`].
     pub fn canonical_form(&self) -> Result<CanonicalForm, IdentError> {
-        let form = self.form();
+        let form = self.form()?;
         CanonicalForm::new(
             form.indices().to_vec(),
             form.alpha().to_vec(),
@@ -260,10 +264,11 @@ impl ArxModel {
     /// - A model without any lag has no state, only `D`.
     ///
     /// # Errors
-    /// [`IdentError::Model`] when an entry overflows.
+    /// [`IdentError::Model`] when an entry overflows, [`IdentError::TooManyStates`] beyond
+    /// [`STATE_LIMIT`].
     pub fn state_space(&self) -> Result<StateSpace, IdentError> {
         let (inputs, outputs) = (self.inputs().to_vec(), self.outputs().to_vec());
-        self.form()
+        self.form()?
             .to_state_space(self.sample_time_s(), inputs, outputs)
     }
 
@@ -273,7 +278,7 @@ impl ArxModel {
     /// 0 act through `D`. The order is the longest lag of the row.
     ///
     /// # Errors
-    /// [`IdentError::NoSuchOutput`], or [`IdentError::Model`] when an entry overflows.
+    /// [`IdentError::NoSuchOutput`], and as [`ArxModel::state_space`].
     pub fn output_model(&self, output: usize) -> Result<OutputModel, IdentError> {
         let (nu, ny) = (self.inputs().len(), self.outputs().len());
         let Some(row) = self.rows().get(output) else {
@@ -302,6 +307,7 @@ impl ArxModel {
         };
         let terms: Vec<Term> = row.terms.iter().map(local).collect();
         let order = terms.iter().map(|term| term.lag).max().unwrap_or(0);
+        check_states(&[order])?;
         let feedthrough = terms.iter().any(|term| term.lag == 0);
         let width = nu + measured.len();
         let form = CanonicalForm::from_rows(vec![order], width, feedthrough, &[&terms]);
@@ -321,7 +327,7 @@ impl ArxModel {
     }
 
     /// As [`ArxModel::canonical_form`], with zero indices for a model without any lag.
-    fn form(&self) -> CanonicalForm {
+    fn form(&self) -> Result<CanonicalForm, IdentError> {
         let (nu, ny) = (self.inputs().len(), self.outputs().len());
         let rows: Vec<&[Term]> = self.rows().iter().map(|row| row.terms.as_slice()).collect();
         let (indices, feedthrough) = match self.structure() {
@@ -336,6 +342,22 @@ impl ArxModel {
                 (vec![self.max_lag(); ny], direct)
             }
         };
-        CanonicalForm::from_rows(indices, nu, feedthrough, &rows)
+        check_states(&indices)?;
+        Ok(CanonicalForm::from_rows(indices, nu, feedthrough, &rows))
     }
+}
+
+fn check_states(indices: &[usize]) -> Result<(), IdentError> {
+    let found = indices
+        .iter()
+        .fold(0_usize, |sum, &index| sum.saturating_add(index));
+    if found > STATE_LIMIT {
+        let max_lag = indices.iter().copied().max().unwrap_or(0);
+        return Err(IdentError::TooManyStates {
+            limit: STATE_LIMIT,
+            found,
+            max_lag,
+        });
+    }
+    Ok(())
 }

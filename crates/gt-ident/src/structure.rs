@@ -173,11 +173,9 @@ impl ArxStructure {
         })
     }
 
-    /// The regressors of the row of `output`, outputs before inputs, recent lags first.
-    ///
-    /// # Errors
-    /// As [`ArxStructure::validate`], or [`IdentError::NoSuchOutput`].
-    pub fn regressors(
+    /// The regressors of the row of `output`, outputs before inputs, recent lags first. Sizes
+    /// have been checked against a record or a stored row by then, so that they fit in memory.
+    pub(crate) fn regressors(
         &self,
         output: usize,
         nu: usize,

@@ -398,14 +398,23 @@ fn generic_indices_differ_by_one_at_most() {
     assert_eq!(generic_indices(7, 3).unwrap(), [3, 2, 2]);
     assert_eq!(generic_indices(6, 3).unwrap(), [2, 2, 2]);
     assert_eq!(generic_indices(3, 3).unwrap(), [1, 1, 1]);
+    let mut rng = generator(2);
+    let (u, y) = (
+        normal_matrix(&mut rng, 1, 100),
+        normal_matrix(&mut rng, 3, 100),
+    );
+    let data = Dataset::new(signals("u", 1), signals("y", 3), u, y, 1.0).unwrap();
     // v_ij = min(v_i + 1, v_j) exceeds v_i where an output before has the larger index: only
     // orders that the outputs share evenly have no term at lag 0.
     for order in 3..20 {
-        let structure = canonical(&generic_indices(order, 3).unwrap());
-        let lag_zero = (0..3).any(|output| {
-            let regressors = structure.regressors(output, 2, 3).unwrap();
-            regressors.iter().any(|regressor| regressor.lag == 0)
-        });
+        let model = Arx::new(canonical(&generic_indices(order, 3).unwrap()))
+            .fit(&data)
+            .unwrap();
+        let lag_zero = model
+            .rows()
+            .iter()
+            .flat_map(|row| &row.terms)
+            .any(|term| term.lag == 0);
         assert_eq!(lag_zero, order % 3 != 0, "order {order}");
     }
     // Section 1 of the specification: (2, 3, 1) with two inputs has 28 coefficients.
@@ -570,4 +579,25 @@ fn models_without_a_canonical_form() {
         static_model.canonical_form().unwrap_err(),
         IdentError::IndexZero { output: 0 }
     );
+}
+
+#[test]
+fn realisations_beyond_all_measure_are_refused() {
+    let model = fitted();
+    let mut value = serde_json::to_value(&model).unwrap();
+    value["structure"]["full"]["nk"] = serde_json::json!([3_000]);
+    for row in 0..2 {
+        for term in 4..6 {
+            value["rows"][row]["terms"][term]["lag"] = 3_000.into();
+        }
+    }
+    let late: ArxModel = serde_json::from_value(value).unwrap();
+    let error = IdentError::TooManyStates {
+        limit: 5000,
+        found: 6000,
+        max_lag: 3000,
+    };
+    assert_eq!(late.state_space().unwrap_err(), error);
+    assert_eq!(late.canonical_form().unwrap_err(), error);
+    assert_eq!(late.output_model(0).unwrap().model.nx(), 3000);
 }

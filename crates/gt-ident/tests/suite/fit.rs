@@ -214,6 +214,53 @@ fn estimates_are_consistent_with_white_equation_errors() {
     assert!((2.8..5.6).contains(&(short / long)), "{short} / {long}");
 }
 
+/// The formulas of `OutputFit`, written again for a record whose means are not the model's, so
+/// that errors have a mean and PPCRE and SSE differ.
+#[test]
+fn validation_numbers_follow_their_formulas() {
+    let mut rng = generator(13);
+    let truth = random_form(&mut rng, &[2, 1], 1, false);
+    let training = record(&mut rng, &truth, 300, 0.3);
+    let model = Arx::new(canonical(&[2, 1], false)).fit(&training).unwrap();
+    let data = moved(&record(&mut rng, &truth, 200, 0.3));
+    let fits = validate(&model, &data).unwrap();
+    assert_eq!(fits.rows, 2..200);
+    let predicted = model.predict(&data).unwrap();
+    let run = model.simulate(&data).unwrap();
+    assert_eq!(run.y.columns(0, 2), data.y().columns(0, 2));
+    let close = |found: f64, expected: f64| (found - expected).abs() < 1e-9 * expected.abs();
+    for (index, fit) in fits.outputs.iter().enumerate() {
+        assert_eq!(fit.name, data.outputs()[index].name);
+        assert_eq!(fit.diverges_at_s, None);
+        let y = data.y().row(index).columns(2, 198).into_owned();
+        let centred = y.add_scalar(-y.mean());
+        for (estimate, fit_percent, ppcre_percent, sse) in [
+            (
+                &predicted,
+                fit.fit_prediction_percent,
+                fit.ppcre_prediction_percent,
+                fit.sse_prediction,
+            ),
+            (
+                &run.y,
+                fit.fit_simulation_percent.unwrap(),
+                fit.ppcre_simulation_percent.unwrap(),
+                fit.sse_simulation.unwrap(),
+            ),
+        ] {
+            let error = &y - estimate.row(index).columns(2, 198);
+            let spread = error.add_scalar(-error.mean()).norm();
+            assert!(close(
+                fit_percent,
+                100.0 * (1.0 - error.norm() / centred.norm())
+            ));
+            assert!(close(ppcre_percent, 100.0 * spread / centred.norm()));
+            assert!(close(sse, error.norm_squared() / centred.norm_squared()));
+            assert!(spread < 0.99 * error.norm(), "the errors have a mean");
+        }
+    }
+}
+
 #[test]
 fn residual_variance_is_that_of_the_equation_error() {
     let mut rng = generator(3);
