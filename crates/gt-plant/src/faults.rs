@@ -26,8 +26,8 @@ pub enum FaultCase {
     ThermocoupleDrift,
     /// Case 3: the turbine loses isentropic efficiency.
     TurbineDamage,
-    /// Case 4: the fuel follows the demand with a first-order lag. Above 3.05 s the speed loop is
-    /// unstable and swings between the limits of the fuel.
+    /// Case 4: the fuel follows the demand with a first-order lag. With the default maps the
+    /// speed loop is unstable above 3.05 s and swings between the limits of the fuel.
     FuelActuatorLag,
 }
 

@@ -60,7 +60,9 @@ pub fn simulate_with(parameters: &PlantParameters, scenario: &Scenario) -> Resul
     let mut warnings = path.limits.warnings();
     let (mut u, mut y) = (path.u.clone(), path.y.clone());
     add_drift(&mut y, &scenario.faults, time_s);
-    if scenario.noise != NoiseLevel::None {
+    if scenario.noise != NoiseLevel::None && !scenario.profile.excites() {
+        warnings.push(Warning::NoNoise);
+    } else if scenario.noise != NoiseLevel::None {
         let reaches_plant = |fault: &Fault| {
             fault.case() != FaultCase::ThermocoupleDrift && fault.magnitude(time_s(n - 1)) != 0.0
         };
@@ -70,12 +72,8 @@ pub fn simulate_with(parameters: &PlantParameters, scenario: &Scenario) -> Resul
         } else {
             Deviations::of(&path.u, &path.y)
         };
-        if scenario.profile.excites() {
-            let key = [scenario.seed, scenario.run_index];
-            add_noise(&mut u, &mut y, scenario.noise, &deviations, key);
-        } else {
-            warnings.push(Warning::NoNoise);
-        }
+        let key = [scenario.seed, scenario.run_index];
+        add_noise(&mut u, &mut y, scenario.noise, &deviations, key);
     }
     let dataset = |u, y| Dataset::new(input_signals(), output_signals(), u, y, SAMPLE_TIME_S);
     Ok(Run {

@@ -33,11 +33,11 @@ impl fmt::Display for Warning {
         match self {
             Self::FuelAtMinimum { first_s, samples } => write!(
                 formatter,
-                "the fuel demand was at its lower limit in {samples} samples, first at {first_s} s"
+                "the fuel demand was at its lower limit in {samples} samples, first at {first_s:.2} s"
             ),
             Self::FuelAtMaximum { first_s, samples } => write!(
                 formatter,
-                "the fuel demand was at its upper limit in {samples} samples, first at {first_s} s"
+                "the fuel demand was at its upper limit in {samples} samples, first at {first_s:.2} s"
             ),
             Self::NoNoise => formatter.write_str(
                 "no noise: it is proportional to the signals' deviations, and nothing is excited",

@@ -561,5 +561,13 @@ fn noise_without_excitation_is_warned_about() {
     };
     let run = simulate(&quiet).unwrap();
     assert_eq!(run.warnings, [Warning::NoNoise]);
+    let limit = Warning::FuelAtMaximum {
+        first_s: 2554.2400000000002,
+        samples: 3,
+    };
+    assert_eq!(
+        limit.to_string(),
+        "the fuel demand was at its upper limit in 3 samples, first at 2554.24 s"
+    );
     assert!(bits(run.truth.y()) == bits(run.measured.y()));
 }
