@@ -71,7 +71,10 @@ pub enum LogError {
         path: PathBuf,
     },
     /// A first row of numbers where the tags should be.
-    #[error("{}: line {line}: expected a header row of tags, found the numbers `{found}`", path.display())]
+    #[error(
+        "{}: line {line}: expected a header row of tags, found the numbers `{found}`",
+        path.display()
+    )]
     HeaderOfNumbers {
         /// The file.
         path: PathBuf,
@@ -132,7 +135,11 @@ pub enum LogError {
         available: Vec<String>,
     },
     /// A pattern that no column matches.
-    #[error("{}: expected a column that matches `{pattern}`, found {}", path.display(), list(available))]
+    #[error(
+        "{}: expected a column that matches `{pattern}`, found {}",
+        path.display(),
+        list(available)
+    )]
     NoMatch {
         /// The file.
         path: PathBuf,
@@ -160,7 +167,10 @@ pub enum LogError {
         side: &'static str,
     },
     /// One tag as input and as output.
-    #[error("{}: `{column}` is selected as input and as output; expected one of them", path.display())]
+    #[error(
+        "{}: `{column}` is selected as input and as output; expected one of them",
+        path.display()
+    )]
     InputAndOutput {
         /// The file.
         path: PathBuf,
@@ -168,7 +178,11 @@ pub enum LogError {
         column: String,
     },
     /// Neither inputs nor outputs selected.
-    #[error("{}: expected inputs or outputs to be selected, found neither; there are {}", path.display(), list(available))]
+    #[error(
+        "{}: expected inputs or outputs to be selected, found neither; there are {}",
+        path.display(),
+        list(available)
+    )]
     NothingSelected {
         /// The file.
         path: PathBuf,
@@ -227,7 +241,10 @@ pub enum LogError {
         tolerance: f64,
     },
     /// Too few rows to tell the sample time.
-    #[error("{}: expected 2 rows or more to tell the sample time, found {found}; give it", path.display())]
+    #[error(
+        "{}: expected 2 rows or more to tell the sample time, found {found}; give it",
+        path.display()
+    )]
     TooFewTimes {
         /// The file.
         path: PathBuf,
@@ -241,7 +258,10 @@ pub enum LogError {
         found: f64,
     },
     /// A time column for a log, whose messages carry their time.
-    #[error("{}: an MCAP log carries its own time; expected no time column, found `{column}`", path.display())]
+    #[error(
+        "{}: an MCAP log carries its own time; expected no time column, found `{column}`",
+        path.display()
+    )]
     TimeColumnOfLog {
         /// The file.
         path: PathBuf,
@@ -266,7 +286,11 @@ pub enum LogError {
         found: Vec<u8>,
     },
     /// An MCAP file that stops before its end.
-    #[error("{}: the log is cut off: expected its closing records, found the end of the file after {size} bytes", path.display())]
+    #[error(
+        "{}: the log is cut off: expected its closing records, found the end of the file after \
+         {size} bytes",
+        path.display()
+    )]
     Truncated {
         /// The file.
         path: PathBuf,
@@ -304,7 +328,10 @@ pub enum LogError {
         found: String,
     },
     /// A schema that cannot be read.
-    #[error("{}: topic `{topic}`: expected the descriptor of `{message}`, found: {cause}", path.display())]
+    #[error(
+        "{}: topic `{topic}`: expected the descriptor of `{message}`, found: {cause}",
+        path.display()
+    )]
     Descriptor {
         /// The file.
         path: PathBuf,
@@ -324,7 +351,10 @@ pub enum LogError {
         topic: String,
     },
     /// A message without a field that was selected.
-    #[error("{}: topic `{topic}`, {time_s} s: expected a value of `{column}`, found none", path.display())]
+    #[error(
+        "{}: topic `{topic}`, {time_s} s: expected a value of `{column}`, found none",
+        path.display()
+    )]
     MissingField {
         /// The file.
         path: PathBuf,
@@ -336,7 +366,10 @@ pub enum LogError {
         time_s: f64,
     },
     /// A message that cannot be decoded.
-    #[error("{}: topic `{topic}`, {time_s} s: expected a message of its schema, found: {cause}", path.display())]
+    #[error(
+        "{}: topic `{topic}`, {time_s} s: expected a message of its schema, found: {cause}",
+        path.display()
+    )]
     Message {
         /// The file.
         path: PathBuf,

@@ -76,7 +76,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn prop_every_bit_pattern_survives(bits in proptest::collection::vec(proptest::option::of(any::<u64>()), 1..30)) {
+        fn prop_every_bit_pattern_survives(
+            bits in proptest::collection::vec(proptest::option::of(any::<u64>()), 1..30),
+        ) {
             let numbers: Vec<u32> = (1..).take(bits.len()).collect();
             let mut buffer = Vec::new();
             encode(&numbers, bits.iter().map(|bits| bits.map(f64::from_bits)), &mut buffer);

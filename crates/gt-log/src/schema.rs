@@ -347,7 +347,9 @@ mod tests {
 
     proptest! {
         #[test]
-        fn prop_identifiers_are_valid_and_distinct(tags in proptest::collection::vec("\\PC{0,6}", 0..40)) {
+        fn prop_identifiers_are_valid_and_distinct(
+            tags in proptest::collection::vec("\\PC{0,6}", 0..40),
+        ) {
             let tags: Vec<&str> = tags.iter().map(String::as_str).collect();
             let names = identifiers(&tags);
             let distinct: HashSet<String> = names.iter().map(|name| json_name(name)).collect();
@@ -356,7 +358,9 @@ mod tests {
         }
 
         #[test]
-        fn prop_any_descriptor_bytes_are_an_answer(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+        fn prop_any_descriptor_bytes_are_an_answer(
+            bytes in proptest::collection::vec(any::<u8>(), 0..200),
+        ) {
             let _ = double_fields("gtfdi.v1.Measured", &bytes, &BTreeMap::new());
         }
     }

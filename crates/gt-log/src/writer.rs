@@ -80,9 +80,9 @@ struct Topic {
 
 /// Writes an MCAP log: profile "", zstd, Protobuf messages of `optional double` fields.
 ///
-/// The file is `NAME.part` until [`LogWriter::finish`]; dropped before that, it is removed. No path,
-/// clock or number of threads enters the bytes: the same calls give the same file. That holds as
-/// long as [`LogWriter::flush`], which closes a chunk, is not called by the clock.
+/// The file is `NAME.part` until [`LogWriter::finish`]; dropped before that, it is removed. No
+/// path, clock or number of threads enters the bytes: the same calls give the same file. That
+/// holds as long as [`LogWriter::flush`], which closes a chunk, is not called by the clock.
 ///
 /// Call in this order: [`LogWriter::create`], [`LogWriter::attach`] (so that a log that is cut off
 /// keeps its models), [`LogWriter::add_topic`], [`LogWriter::write`], [`LogWriter::finish`].

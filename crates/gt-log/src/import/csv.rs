@@ -182,12 +182,11 @@ impl<'a> Rows<'a> {
         }
         self.blank.clear();
         let line = self.record_line.take().unwrap_or(1);
-        let is_number = |cell: &str| cell.parse::<f64>().is_ok();
+        let tags: Vec<&str> = self.record.iter().map(bare).collect();
+        let is_number = |tag: &&str| tag.parse::<f64>().is_ok();
         // Plain integers may be names (`0,1,2` is what some tools write).
-        if self.record.iter().all(is_number)
-            && self.record.iter().any(|cell| cell.parse::<i64>().is_err())
-        {
-            let found = self.record.iter().collect::<Vec<_>>().join(",");
+        if tags.iter().all(is_number) && tags.iter().any(|tag| tag.parse::<i64>().is_err()) {
+            let found = tags.join(",");
             return Err(LogError::HeaderOfNumbers {
                 path: self.path.to_owned(),
                 line,
@@ -203,7 +202,7 @@ impl<'a> Rows<'a> {
             let (path, column) = (self.path.to_owned(), twice.to_owned());
             return Err(LogError::DuplicateColumn { path, line, column });
         }
-        Ok(self.record.iter().map(|tag| Signal::new(tag, "")).collect())
+        Ok(tags.into_iter().map(|tag| Signal::new(tag, "")).collect())
     }
 
     /// The next data row.
@@ -280,6 +279,14 @@ fn check_text(path: &Path, bytes: &[u8]) -> Result<(), LogError> {
         offset,
         found: bytes[offset],
     })
+}
+
+/// The field without quotes: CSV knows them only where no space stands before them.
+fn bare(field: &str) -> &str {
+    let inner = field
+        .strip_prefix('"')
+        .and_then(|rest| rest.strip_suffix('"'));
+    inner.map_or(field, str::trim)
 }
 
 /// A comma, unless the header has none: then a semicolon or a tab.
