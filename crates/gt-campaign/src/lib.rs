@@ -1,1 +1,17 @@
-//! In progress.
+//! Seeded campaigns on the simulated turbine: the source paper's tables and figures again, and the
+//! report that shows them.
+//!
+//! [`reproduce`] simulates, identifies, designs and detects; [`Reproduction`] holds the numbers and
+//! writes the page, figures and logs. Progress is told to a [`Progress`]; drawing it is the
+//! caller's affair.
+
+mod error;
+pub mod paper;
+mod progress;
+pub mod report;
+mod reproduce;
+
+pub use error::CampaignError;
+pub use progress::{Progress, Silent};
+pub use reproduce::tables;
+pub use reproduce::{Figure, Reproduction, reproduce};

@@ -15,12 +15,13 @@ use crate::{ArxStructure, Channel, IdentError, Regressor, generic_indices};
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum OrderKind {
-    /// Own-output lags only, `na = nb = order`.
+    /// Own-output lags only: `na = order`, and for each input `order` lags from `nk`, one more
+    /// where `nk = 0`, so that a direct term does not cost a delayed one.
     Diagonal {
         /// Smallest input lag, one entry or one per input.
         nk: Vec<usize>,
     },
-    /// All outputs' lags, `na = nb = order`.
+    /// All outputs' lags, input lags as for `Diagonal`.
     Full {
         /// Smallest input lag, one entry or one per input.
         nk: Vec<usize>,
@@ -38,15 +39,20 @@ impl OrderKind {
     /// # Errors
     /// [`IdentError::OrderTooSmall`] for a canonical order below the number of outputs.
     pub fn structure(&self, order: usize, ny: usize) -> Result<ArxStructure, IdentError> {
+        let lags = |nk: &[usize]| -> Vec<usize> {
+            nk.iter()
+                .map(|nk| order.saturating_add(usize::from(*nk == 0)))
+                .collect()
+        };
         Ok(match self {
             Self::Diagonal { nk } => ArxStructure::Diagonal {
                 na: order,
-                nb: vec![order],
+                nb: lags(nk),
                 nk: nk.clone(),
             },
             Self::Full { nk } => ArxStructure::Full {
                 na: order,
-                nb: vec![order],
+                nb: lags(nk),
                 nk: nk.clone(),
             },
             Self::Canonical { feedthrough } => ArxStructure::Canonical {

@@ -97,7 +97,7 @@ impl ArxStructure {
         }
         match self {
             Self::Diagonal { na, nb, nk } | Self::Full { na, nb, nk } => {
-                for (option, list) in [("nb", nb), ("nk", nk)] {
+                for (option, list) in [("nk", nk), ("nb", nb)] {
                     if list.len() != 1 && list.len() != nu {
                         let found = list.len();
                         return Err(IdentError::OptionLength {

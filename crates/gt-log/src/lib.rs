@@ -5,7 +5,8 @@
 //!   same bytes, whatever the path, the clock and the number of threads.
 //! - [`read_dataset`] reads `.csv` and `.mcap` into a [`gt_core::Dataset`]; [`columns`] lists what
 //!   there is to select; [`info`] says what a log holds.
-//! - [`read_json`] and [`write_json`] are model and bank files.
+//! - [`write_run`] and [`write_verdicts`] are the logs of a simulated run and of a bank's verdicts.
+//! - [`read_json`] and [`write_json`] are model and bank files; [`ModelFile`] is what is in one.
 //!
 //! Every file appears under its name only when it is whole: it is written as `NAME.part` and
 //! renamed. No bytes, however broken, make a reader panic.
@@ -16,13 +17,16 @@ mod error;
 mod import;
 mod info;
 mod message;
+mod model_document;
 mod model_file;
+mod plant_log;
 mod reader;
 mod records;
 mod schema;
 mod source;
 mod table;
 mod time;
+mod verdict_log;
 mod writer;
 
 pub use atomic::write_atomically;
@@ -30,8 +34,11 @@ pub use build_info::{BuildInfo, build_info};
 pub use error::{CellProblem, LogError, Place};
 pub use import::{DEFAULT_TOPIC, Imported, Selection, Warning, columns, read_dataset};
 pub use info::{AttachmentInfo, ChunkInfo, LogInfo, MetadataInfo, TopicInfo, info};
+pub use model_document::{ModelFile, ModelKind};
 pub use model_file::{read_json, write_json};
+pub use plant_log::write_run;
 pub use reader::{JsonMessage, read_attachment, read_json_messages};
 pub use source::sha256_hex;
 pub use time::{EPOCH_NS, UNIFORM_TOLERANCE, sample_time_ns};
+pub use verdict_log::write_verdicts;
 pub use writer::{JsonTopicId, LogWriter, RunMetadata, TopicId};

@@ -21,7 +21,11 @@ const ASSET: &str = "gas-turbine";
 /// [`LogError`] when the file cannot be written; nothing is left under `path` then.
 pub fn write_run(path: &Path, run: &Run, metadata: &RunMetadata) -> Result<(), LogError> {
     let mut log = LogWriter::create(path, metadata)?;
-    log.attach("config.toml", "application/toml", metadata.config_toml.as_bytes())?;
+    log.attach(
+        "config.toml",
+        "application/toml",
+        metadata.config_toml.as_bytes(),
+    )?;
     let period_s = run.truth.sample_time_s();
     let signals = channels(&run.truth);
     let truth = log.add_topic("/plant/truth", "Truth", &signals, period_s, ASSET)?;
@@ -40,7 +44,9 @@ pub fn write_run(path: &Path, run: &Run, metadata: &RunMetadata) -> Result<(), L
         write_sample(&mut log, measured, time_ns, &run.measured, k)?;
         if let Some(topic) = faults {
             let magnitudes = run.fault_magnitudes.column(k);
-            let active = magnitudes.iter().map(|value| f64::from(u8::from(*value != 0.0)));
+            let active = magnitudes
+                .iter()
+                .map(|value| f64::from(u8::from(*value != 0.0)));
             let values: Vec<f64> = magnitudes.iter().copied().chain(active).collect();
             log.write(topic, time_ns, &values)?;
         }
@@ -50,7 +56,11 @@ pub fn write_run(path: &Path, run: &Run, metadata: &RunMetadata) -> Result<(), L
 
 /// The signals of a record, inputs first.
 fn channels(data: &Dataset) -> Vec<Signal> {
-    data.inputs().iter().chain(data.outputs()).cloned().collect()
+    data.inputs()
+        .iter()
+        .chain(data.outputs())
+        .cloned()
+        .collect()
 }
 
 fn write_sample(

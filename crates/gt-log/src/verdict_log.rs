@@ -57,17 +57,33 @@ pub fn write_verdicts(
         path: path.to_owned(),
         cause: cause.to_string(),
     })?;
-    log.attach(&format!("models/{name}.json"), "application/json", &document)?;
-    let signals: Vec<Signal> =
-        bank.detectors().iter().map(|detector| detector.generator.output().clone()).collect();
+    log.attach(
+        &format!("models/{name}.json"),
+        "application/json",
+        &document,
+    )?;
+    let signals: Vec<Signal> = bank
+        .detectors()
+        .iter()
+        .map(|detector| detector.generator.output().clone())
+        .collect();
     let period_s = data.sample_time_s();
     let topic = |what: &str| format!("/fdi/{name}/{what}");
     let residual = log.add_topic(&topic("residual"), "Residual", &signals, period_s, name)?;
-    let threshold = log.add_topic(&topic("threshold"), "Threshold", &signals, THRESHOLD_PERIOD_S, name)?;
+    let threshold = log.add_topic(
+        &topic("threshold"),
+        "Threshold",
+        &signals,
+        THRESHOLD_PERIOD_S,
+        name,
+    )?;
     let alarms = log.add_json_topic("/alarms", "Alarm", &alarm_schema(), name)?;
 
-    let limits: Vec<f64> =
-        bank.detectors().iter().map(|detector| detector.threshold.limit).collect();
+    let limits: Vec<f64> = bank
+        .detectors()
+        .iter()
+        .map(|detector| detector.threshold.limit)
+        .collect();
     let mut events: Vec<(f64, &Alarm, &'static str)> = Vec::new();
     for alarm in &run.alarms {
         events.push((alarm.time_s, alarm, "active"));
@@ -81,7 +97,7 @@ pub fn write_verdicts(
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
     let repeat = ((THRESHOLD_PERIOD_S / period_s) as usize).max(1);
     for k in 0..data.len() {
-        let time_ns = sample_time_ns(k, period_s) + start_ns;
+        let time_ns = sample_time_ns(k, period_s).saturating_add(start_ns);
         if k % repeat == 0 {
             log.write(threshold, time_ns, &limits)?;
         }

@@ -137,7 +137,11 @@ fn label(value: f64, step: f64) -> String {
     let decimals = (-step.log10().floor()).clamp(0.0, 12.0);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped to 0..=12
     let text = format!("{value:.*}", decimals as usize);
-    if text.trim_start_matches('-').chars().all(|digit| digit == '0' || digit == '.') {
+    if text
+        .trim_start_matches('-')
+        .chars()
+        .all(|digit| digit == '0' || digit == '.')
+    {
         "0".to_owned()
     } else {
         text
@@ -180,14 +184,31 @@ impl Chart {
 
     fn draw(&self, stand_alone: bool) -> String {
         let (x_low, x_high) = extent(self.x.iter().copied(), 0.0);
-        let values = self.series.iter().flat_map(|series| series.values.iter().copied());
+        let values = self
+            .series
+            .iter()
+            .flat_map(|series| series.values.iter().copied());
         let (y_low, y_high) = extent(values.chain(self.limits.iter().copied()), 0.06);
-        let x_axis = Axis { low: x_low, high: x_high, from: LEFT, to: WIDTH - RIGHT };
-        let y_axis = Axis { low: y_low, high: y_high, from: HEIGHT - BOTTOM, to: TOP };
+        let x_axis = Axis {
+            low: x_low,
+            high: x_high,
+            from: LEFT,
+            to: WIDTH - RIGHT,
+        };
+        let y_axis = Axis {
+            low: y_low,
+            high: y_high,
+            from: HEIGHT - BOTTOM,
+            to: TOP,
+        };
         let mut svg = format!(
             "<svg{} class=\"chart\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" \
              aria-label=\"{}\">",
-            if stand_alone { " xmlns=\"http://www.w3.org/2000/svg\"" } else { "" },
+            if stand_alone {
+                " xmlns=\"http://www.w3.org/2000/svg\""
+            } else {
+                ""
+            },
             escape(&self.title)
         );
         if stand_alone {
@@ -215,7 +236,11 @@ impl Chart {
             let x = x_axis.pixel(mark.at);
             // Two rows of texts, so that an onset and an alarm close to it both stay readable.
             let y = TOP + 12.0 + 14.0 * (index % 2) as f64;
-            let (anchor, shift) = if x > WIDTH * 0.8 { ("end", -4.0) } else { ("start", 4.0) };
+            let (anchor, shift) = if x > WIDTH * 0.8 {
+                ("end", -4.0)
+            } else {
+                ("start", 4.0)
+            };
             let _ = write!(
                 svg,
                 "<line class=\"mark\" x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{TOP}\" y2=\"{}\"/>\
@@ -315,7 +340,12 @@ fn path(x: &[f64], values: &[f64], x_axis: &Axis, y_axis: &Axis) -> String {
         }
         let command = if pen_down { 'L' } else { 'M' };
         pen_down = true;
-        let _ = write!(text, "{command}{:.1} {:.1}", x_axis.pixel(x[index]), y_axis.pixel(value));
+        let _ = write!(
+            text,
+            "{command}{:.1} {:.1}",
+            x_axis.pixel(x[index]),
+            y_axis.pixel(value)
+        );
     };
     if count <= 2 * BUCKETS {
         (0..count).for_each(&mut draw);
@@ -348,7 +378,11 @@ mod tests {
             x_label: "time [s]".into(),
             y_label: "y".into(),
             x: (0..values.len()).map(|k| k as f64).collect(),
-            series: vec![Series { label: "y, raw".into(), values, dashed: false }],
+            series: vec![Series {
+                label: "y, raw".into(),
+                values,
+                dashed: false,
+            }],
             limits: vec![],
             marks: vec![],
         }
@@ -359,11 +393,27 @@ mod tests {
         let mut values = vec![0.0; 50_000];
         values[31_234] = 7.0;
         let chart = chart(values);
-        let y_axis = Axis { low: 0.0, high: 7.0, from: 100.0, to: 0.0 };
-        let x_axis = Axis { low: 0.0, high: 50_000.0, from: 0.0, to: 1000.0 };
+        let y_axis = Axis {
+            low: 0.0,
+            high: 7.0,
+            from: 100.0,
+            to: 0.0,
+        };
+        let x_axis = Axis {
+            low: 0.0,
+            high: 50_000.0,
+            from: 0.0,
+            to: 1000.0,
+        };
         let drawn = path(&chart.x, &chart.series[0].values, &x_axis, &y_axis);
-        assert!(drawn.contains("624.7 0.0"), "the peak at sample 31234 is lost");
-        assert!(drawn.matches(['M', 'L']).count() <= 2 * BUCKETS, "not reduced");
+        assert!(
+            drawn.contains("624.7 0.0"),
+            "the peak at sample 31234 is lost"
+        );
+        assert!(
+            drawn.matches(['M', 'L']).count() <= 2 * BUCKETS,
+            "not reduced"
+        );
     }
 
     #[test]
@@ -386,12 +436,20 @@ mod tests {
 
     #[test]
     fn csv_leaves_missing_values_empty_and_quotes_commas() {
-        assert_eq!(chart(vec![1.5, f64::NAN]).csv(), "time [s],\"y, raw\"\n0,1.5\n1,\n");
+        assert_eq!(
+            chart(vec![1.5, f64::NAN]).csv(),
+            "time [s],\"y, raw\"\n0,1.5\n1,\n"
+        );
     }
 
     #[test]
     fn ticks_are_round_and_inside() {
-        let axis = Axis { low: 566.4, high: 588.1, from: 0.0, to: 1.0 };
+        let axis = Axis {
+            low: 566.4,
+            high: 588.1,
+            from: 0.0,
+            to: 1.0,
+        };
         assert_eq!(axis.ticks(), [570.0, 575.0, 580.0, 585.0]);
         assert_eq!(label(206000.0, 1000.0), "206000");
         assert_eq!(label(0.00012, 0.00002), "1.2e-4");

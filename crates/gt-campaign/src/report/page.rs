@@ -51,12 +51,18 @@ pub struct Cell {
 impl Cell {
     /// A cell without judgement.
     pub fn plain(text: impl Into<String>) -> Self {
-        Self { text: text.into(), tone: Tone::Plain }
+        Self {
+            text: text.into(),
+            tone: Tone::Plain,
+        }
     }
 
     /// A cell that says whether its limit was met.
     pub fn judged(text: impl Into<String>, met: bool) -> Self {
-        Self { text: text.into(), tone: if met { Tone::Good } else { Tone::Bad } }
+        Self {
+            text: text.into(),
+            tone: if met { Tone::Good } else { Tone::Bad },
+        }
     }
 }
 
@@ -72,14 +78,23 @@ pub struct Page {
 impl Page {
     /// A page with its heading and the sentence beneath.
     pub fn new(title: &str, lead: &str) -> Self {
-        Self { title: title.to_owned(), lead: lead.to_owned(), ..Self::default() }
+        Self {
+            title: title.to_owned(),
+            lead: lead.to_owned(),
+            ..Self::default()
+        }
     }
 
     /// The few numbers that come first.
     pub fn facts(&mut self, facts: &[(String, String)]) {
         self.body.push_str("<ul class=\"facts\">");
         for (value, what) in facts {
-            let _ = write!(self.body, "<li><b>{}</b>{}</li>", escape(value), escape(what));
+            let _ = write!(
+                self.body,
+                "<li><b>{}</b>{}</li>",
+                escape(value),
+                escape(what)
+            );
         }
         self.body.push_str("</ul>");
     }
@@ -87,7 +102,12 @@ impl Page {
     /// Starts a section; it appears in the navigation.
     pub fn section(&mut self, id: &str, title: &str) {
         self.sections.push((id.to_owned(), title.to_owned()));
-        let _ = write!(self.body, "<h2 id=\"{}\">{}</h2>", escape(id), escape(title));
+        let _ = write!(
+            self.body,
+            "<h2 id=\"{}\">{}</h2>",
+            escape(id),
+            escape(title)
+        );
     }
 
     /// A heading inside a section.
@@ -107,7 +127,8 @@ impl Page {
 
     /// A table.
     pub fn table(&mut self, head: &[&str], rows: &[Vec<Cell>]) {
-        self.body.push_str("<div class=\"scroll\"><table><thead><tr>");
+        self.body
+            .push_str("<div class=\"scroll\"><table><thead><tr>");
         for cell in head {
             let _ = write!(self.body, "<th scope=\"col\">{}</th>", escape(cell));
         }

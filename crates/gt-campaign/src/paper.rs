@@ -1,0 +1,142 @@
+//! Numbers printed in S. Simani, C. Fantuzzi, *Dynamic system identification and model-based fault
+//! diagnosis of an industrial gas turbine prototype*, Mechatronics 16 (2006) 341-363.
+//!
+//! The scan lost some labels; `p7`, `t7` and the choice of stations for the four monitored
+//! outputs are decoded from the values and the fault rates, as the plant's documentation explains.
+
+/// Table 3: steady state of the monitored prototype, in SI units (speed also in rpm).
+pub const TABLE3: [(&str, f64); 30] = [
+    ("p1", 102_066.235_6),
+    ("p2", 101_845.664_8),
+    ("p3", 1_014_989.503_4),
+    ("p4", 978_218.311_8),
+    ("p5", 929_453.228_6),
+    ("p7", 206_408.631_2),
+    ("p8", 100_900.0),
+    ("m1", 8.130_2),
+    ("m3", 16.686_8),
+    ("m4", 16.835_5),
+    ("m5", 13.149_1),
+    ("m6", 1.974_8),
+    ("m8", 15.444),
+    ("m9", 13.668),
+    ("m10", 1.461_7),
+    ("t1", 291.846_5),
+    ("t2", 277.235_6),
+    ("t3", 577.543),
+    ("t4", 577.202_4),
+    ("t5", 1_139.797_6),
+    ("t6", 1_139.797_6),
+    ("t7", 838.419_1),
+    ("q_c", 3_096.742_1),
+    ("q_t", 3_081.133_2),
+    ("P_c", 5_141_363.216),
+    ("P_t", 5_100_672.251),
+    ("w_t", 1_660.249_1),
+    ("N_t", 15_854.210_7),
+    ("e_c", 0.876_73),
+    ("e_t", 0.793_53),
+];
+
+/// A monitored output: the paper's label, the tag chosen for it, and what the paper says of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Monitored {
+    /// The paper's label.
+    pub label: &'static str,
+    /// The tag of the simulated turbine that plays it.
+    pub tag: &'static str,
+    /// Table 6: bounds on the identification record and the two validation records.
+    pub sse: [f64; 3],
+    /// Sections 5.3 to 5.6: reconstruction error of the model behind the observer.
+    pub reconstruction_error: Option<f64>,
+    /// Sections 5.3 to 5.6: where the observer's poles were placed.
+    pub observer_pole: Option<f64>,
+}
+
+/// Tables 5 and 6 and sections 5.3 to 5.6, in the order of the fault cases; speed comes last and
+/// has no observer.
+pub const MONITORED: [Monitored; 5] = [
+    Monitored {
+        label: "q_l",
+        tag: "q_c",
+        sse: [0.01, 0.07, 0.1],
+        reconstruction_error: Some(0.009),
+        observer_pole: Some(0.7),
+    },
+    Monitored {
+        label: "t_k",
+        tag: "t3",
+        sse: [0.01, 0.09, 0.1],
+        reconstruction_error: Some(0.007),
+        observer_pole: Some(0.3),
+    },
+    Monitored {
+        label: "p_h",
+        tag: "p7",
+        sse: [0.01, 0.04, 0.01],
+        reconstruction_error: Some(0.008),
+        observer_pole: Some(0.4),
+    },
+    Monitored {
+        label: "m_j",
+        tag: "m9",
+        sse: [0.01, 0.05, 0.01],
+        reconstruction_error: Some(0.006),
+        observer_pole: Some(0.4),
+    },
+    Monitored {
+        label: "w_t",
+        tag: "w_t",
+        sse: [0.01, 0.07, 0.1],
+        reconstruction_error: None,
+        observer_pole: None,
+    },
+];
+
+/// The model order of sections 5.1 to 5.6.
+pub const ORDER: usize = 8;
+
+/// The inputs of all models: valve angle and (demanded) fuel flow.
+pub const INPUTS: [&str; 2] = ["a_v", "M_f"];
+
+/// The tags that are watched for faults, in the order of the fault cases.
+pub fn watched() -> impl Iterator<Item = &'static Monitored> {
+    MONITORED
+        .iter()
+        .filter(|output| output.observer_pole.is_some())
+}
+
+/// The pole at which the paper placed the observer of `tag`, if it is one of the watched outputs.
+pub fn observer_pole(tag: &str) -> Option<f64> {
+    MONITORED
+        .iter()
+        .find(|output| output.tag == tag)?
+        .observer_pole
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn published_table3_is_consistent_with_itself() {
+        let value = |name: &str| {
+            TABLE3
+                .iter()
+                .find(|(variable, _)| *variable == name)
+                .map(|(_, value)| *value)
+                .unwrap()
+        };
+        // P_c = q_c w to the printed digits; N = 30 w / pi likewise.
+        assert!((value("q_c") * value("w_t") / value("P_c") - 1.0).abs() < 1e-7);
+        let rpm = value("w_t") * 30.0 / std::f64::consts::PI;
+        assert!((rpm / value("N_t") - 1.0).abs() < 1e-7);
+    }
+
+    #[test]
+    fn the_four_watched_outputs_follow_the_fault_cases() {
+        let tags: Vec<&str> = watched().map(|output| output.tag).collect();
+        assert_eq!(tags, ["q_c", "t3", "p7", "m9"]);
+        assert_eq!(observer_pole("w_t"), None);
+    }
+}

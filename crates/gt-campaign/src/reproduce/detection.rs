@@ -1,0 +1,143 @@
+//! Sections 5.3 to 5.6: observers with the paper's poles, fixed thresholds, nominal faults.
+
+use gtfdi::core::Dataset;
+use gtfdi::fdi::{Bank, BankRun, FalseAlarmRate, OutputDetector, ResidualGenerator, ThresholdRule};
+use rayon::prelude::*;
+
+use super::models::Identified;
+use super::records::{CASES, HEALTHY_RECORDS, HEALTHY_S, ONSET_S, Record, Records};
+use super::tables::{DetectionRow, ObserverRow, OutputDelay};
+use crate::error::{CampaignError, During as _};
+use crate::paper;
+
+/// A residual above this multiple of the largest healthy one is an alarm.
+pub const MARGIN: f64 = 1.2;
+
+/// How the thresholds are set, for whoever reads the numbers.
+pub fn observers_definition() -> String {
+    format!(
+        "One output observer a watched output, from its ARX model, all eight poles at the paper's \
+         value. The limit on the modulus of the residual is {MARGIN} times the largest one over \
+         {HEALTHY_RECORDS} healthy records of {HEALTHY_S} s; one sample above it is an alarm. \
+         False alarms are counted on records that the limit did not see: each of those records \
+         against the limit of the others, and one more record; intervals are exact 95 % Poisson \
+         intervals, so what so few hours can promise shows in their width."
+    )
+}
+
+/// How the detection table is computed.
+pub fn detection_definition(duration_s: f64) -> String {
+    format!(
+        "One noise-free run of {duration_s} s a case on the +-1.0 deg profile, seeds apart from \
+         all others, ramp from {ONSET_S} s at the paper's 5 % an hour (case 4: 5 s of lag an \
+         hour, assumed), inputs as demanded. Delay: from the onset to the first alarm of each \
+         observer; a dash is no alarm by the end of the run."
+    )
+}
+
+/// The bank of the four observers.
+pub fn bank(models: &[Identified], records: &Records) -> Result<Bank, CampaignError> {
+    let detectors = models
+        .par_iter()
+        .filter_map(|identified| Some((identified, identified.monitored.observer_pole?)))
+        .map(|(identified, pole)| {
+            let tag = identified.monitored.tag;
+            let what = format!("observer of {tag}");
+            let part = identified.model.output_model(0).during(&what)?;
+            let poles = vec![pole; part.model.nx()];
+            let generator =
+                ResidualGenerator::observer(part.model, part.point, &poles).during(&what)?;
+            let healthy = records.healthy[..HEALTHY_RECORDS]
+                .iter()
+                .map(|record| record.select(&[tag]))
+                .collect::<Result<Vec<Dataset>, _>>()?;
+            let rule = ThresholdRule::Margin {
+                factor: MARGIN,
+                consecutive: 1,
+            };
+            OutputDetector::calibrate(generator, &healthy, rule).during(&what)
+        })
+        .collect::<Result<Vec<_>, CampaignError>>()?;
+    Bank::new("observers", detectors).during("bank of observers")
+}
+
+/// The watched outputs' tags.
+pub fn tags() -> Vec<&'static str> {
+    paper::watched().map(|output| output.tag).collect()
+}
+
+/// Runs the bank over a record.
+pub fn run(bank: &Bank, record: &Record) -> Result<BankRun, CampaignError> {
+    bank.run(&record.select(&tags())?).during(&record.plan.name)
+}
+
+/// The rows that describe the observers; `healthy` is the run over the healthy test record.
+pub fn observer_rows(
+    bank: &Bank,
+    models: &[Identified],
+    healthy: &BankRun,
+) -> Result<Vec<ObserverRow>, CampaignError> {
+    bank.detectors()
+        .iter()
+        .zip(models)
+        .map(|(detector, identified)| {
+            let alarms = healthy
+                .alarms
+                .iter()
+                .filter(|alarm| alarm.tag == detector.name())
+                .count();
+            let fit = &identified.validations[0].outputs[0];
+            Ok(ObserverRow {
+                output: detector.name().to_owned(),
+                unit: identified.model.outputs()[0].unit.clone(),
+                pole: identified.monitored.observer_pole.unwrap_or(f64::NAN),
+                paper_reconstruction_error: identified.monitored.reconstruction_error,
+                reconstruction_error: fit.sse_simulation,
+                limit: detector.threshold.limit,
+                false_alarms_cross_validated: detector.false_alarms.cross_validated,
+                false_alarms_test: FalseAlarmRate::from_counts(alarms, HEALTHY_S / 3600.0)
+                    .during("false alarms of the test record")?,
+            })
+        })
+        .collect()
+}
+
+/// The rows of the detection table; `runs` are the bank's runs over `records.faults`.
+pub fn detection_rows(records: &Records, runs: &[BankRun]) -> Vec<DetectionRow> {
+    let tags = tags();
+    let cases = CASES.into_iter().zip(&records.faults).zip(runs).zip(&tags);
+    cases
+        .map(|(((case, record), run), expected)| {
+            let fault = &record.plan.scenario.faults[0];
+            let delays_s: Vec<OutputDelay> = tags
+                .iter()
+                .map(|tag| {
+                    let alarm = run
+                        .alarms
+                        .iter()
+                        .find(|alarm| alarm.tag == *tag && alarm.time_s >= ONSET_S);
+                    OutputDelay {
+                        output: (*tag).to_owned(),
+                        delay_s: alarm.map(|alarm| alarm.time_s - ONSET_S),
+                        size: alarm.map(|alarm| fault.magnitude(alarm.time_s)),
+                    }
+                })
+                .collect();
+            let first = delays_s
+                .iter()
+                .filter_map(|delay| Some((delay.delay_s?, &delay.output)))
+                .min_by(|a, b| a.0.total_cmp(&b.0))
+                .map(|(_, output)| output.clone());
+            DetectionRow {
+                case: case.number(),
+                name: case.name().to_owned(),
+                onset_s: ONSET_S,
+                final_size: fault.magnitude(record.plan.scenario.duration_s),
+                unit: fault.unit().to_owned(),
+                delays_s,
+                first,
+                expected: (*expected).to_owned(),
+            }
+        })
+        .collect()
+}

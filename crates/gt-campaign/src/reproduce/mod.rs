@@ -1,0 +1,111 @@
+//! The source paper's tables and figures again, from seeded runs.
+
+mod detection;
+mod figures;
+mod models;
+mod present;
+mod records;
+mod signatures;
+mod steady;
+pub mod tables;
+mod write;
+
+use gtfdi::fdi::{Bank, BankRun};
+use gtfdi::plant::{MapSet, SAMPLE_TIME_S};
+use rayon::prelude::*;
+
+use self::models::Identified;
+use self::records::{FAULT_RUN_S, HEALTHY_RECORDS, Records};
+use self::signatures::Residual;
+use self::tables::{SCHEMA_VERSION, Tables};
+use crate::error::CampaignError;
+use crate::progress::Progress;
+
+pub use figures::Figure;
+
+/// A finished reproduction: the numbers, and what is needed to write them down.
+#[derive(Debug)]
+pub struct Reproduction {
+    /// All numbers.
+    pub tables: Tables,
+    /// All figures, in the order of the report.
+    pub figures: Vec<Figure>,
+    records: Vec<Records>,
+    models: Vec<Identified>,
+    bank: Bank,
+    fault_runs: Vec<BankRun>,
+    healthy_run: BankRun,
+}
+
+/// Computes the tables: simulates the records, identifies, designs, detects.
+///
+/// Everything follows from `seed`; the number of threads does not matter to any number.
+///
+/// # Errors
+/// [`CampaignError`] names the run or the model that failed.
+pub fn reproduce(seed: u64, progress: &dyn Progress) -> Result<Reproduction, CampaignError> {
+    let table3 = steady::table3()?;
+    let map_sets = [MapSet::Paper, MapSet::Axial];
+    let records = records::simulate_all(&map_sets, seed, progress)?;
+    let models = records
+        .iter()
+        .map(models::identify)
+        .collect::<Result<Vec<_>, _>>()?;
+
+    let (paper_records, paper_models) = (&records[0], &models[0]);
+    let bank = detection::bank(paper_models, paper_records)?;
+    let healthy_run = detection::run(&bank, &paper_records.healthy[HEALTHY_RECORDS])?;
+    let fault_runs = paper_records
+        .faults
+        .par_iter()
+        .map(|record| detection::run(&bank, record))
+        .collect::<Result<Vec<_>, _>>()?;
+
+    let signature = |residual| {
+        map_sets
+            .iter()
+            .zip(&models)
+            .zip(&records)
+            .map(|((map_set, models), records)| {
+                signatures::table9(*map_set, residual, models, records)
+            })
+            .collect::<Result<Vec<_>, _>>()
+    };
+    let tables = Tables {
+        schema_version: SCHEMA_VERSION,
+        version: env!("CARGO_PKG_VERSION"),
+        seed,
+        sample_time_s: SAMPLE_TIME_S,
+        table3,
+        table6: models::table6(paper_models),
+        table6_definition: models::DEFINITION.to_owned(),
+        table7: None,
+        table8: None,
+        table9: signature(Residual::FreeRun)?,
+        table9_observers: signature(Residual::Observer)?,
+        observers: detection::observer_rows(&bank, paper_models, &healthy_run)?,
+        observers_definition: detection::observers_definition(),
+        detection: detection::detection_rows(paper_records, &fault_runs),
+        detection_definition: detection::detection_definition(FAULT_RUN_S),
+        table10: vec![],
+        isolation: None,
+    };
+    let mut figures = figures::record_figures(paper_records)?;
+    figures.extend(figures::free_run_figures(paper_models, paper_records)?);
+    figures.extend(figures::residual_figures(
+        &bank,
+        paper_records,
+        &healthy_run,
+        &fault_runs,
+    ));
+    let models = models.into_iter().next().unwrap_or_default();
+    Ok(Reproduction {
+        tables,
+        figures,
+        records,
+        models,
+        bank,
+        fault_runs,
+        healthy_run,
+    })
+}

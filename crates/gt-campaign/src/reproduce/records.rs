@@ -1,0 +1,236 @@
+//! The seeded runs behind the tables.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use gtfdi::core::Dataset;
+use gtfdi::plant::{Fault, FaultCase, MapSet, NoiseLevel, Profile, Run, Scenario, simulate};
+use rayon::prelude::*;
+
+use crate::error::{CampaignError, During as _};
+use crate::paper;
+use crate::progress::Progress;
+
+/// Excitation of the identification and validation records (+-1.0 deg).
+pub const IDENTIFICATION_PROFILE: &str = "standard";
+/// Length of the identification and validation records in seconds.
+pub const IDENTIFICATION_S: f64 = 600.0;
+/// Excitation of the signature runs (+-1.5 deg), as in the definition of the signature.
+pub const SIGNATURE_PROFILE: &str = "lively";
+/// Length of the signature runs in seconds.
+pub const SIGNATURE_S: f64 = 600.0;
+/// Number of healthy records behind the thresholds.
+pub const HEALTHY_RECORDS: usize = 4;
+/// Length of each healthy record in seconds.
+pub const HEALTHY_S: f64 = 600.0;
+/// Length of the runs with the paper's nominal faults in seconds.
+pub const FAULT_RUN_S: f64 = 1800.0;
+/// Onset of the nominal faults in seconds (figures 20 to 23 of the paper).
+pub const ONSET_S: f64 = 15.0;
+/// Sizes of the signature's faults: percent for cases 1 to 3, seconds of lag for case 4.
+pub const SIGNATURE_SIZES: [f64; 4] = [5.0, 5.0, 5.0, 2.0];
+/// When the signature's faults begin, in seconds; each reaches its full size in one second.
+pub const SIGNATURE_ONSET_S: f64 = 30.0;
+/// Start of the window of the signature, in seconds: transients of onset and models are over.
+pub const SIGNATURE_WINDOW_S: f64 = 60.0;
+
+/// The four cases of section 3.2.
+pub const CASES: [FaultCase; 4] = [
+    FaultCase::CompressorFouling,
+    FaultCase::ThermocoupleDrift,
+    FaultCase::TurbineDamage,
+    FaultCase::FuelActuatorLag,
+];
+
+/// A run that a table needs.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// The log's name, without extension.
+    pub name: String,
+    /// What is simulated.
+    pub scenario: Scenario,
+}
+
+/// A finished run.
+#[derive(Debug)]
+pub struct Record {
+    /// The plan behind it.
+    pub plan: Plan,
+    /// What the plant did.
+    pub run: Run,
+}
+
+impl Record {
+    /// The paper's inputs and the given outputs, as measured.
+    pub fn select(&self, outputs: &[&str]) -> Result<Dataset, CampaignError> {
+        self.run
+            .measured
+            .select(&paper::INPUTS, outputs)
+            .during(&self.plan.name)
+    }
+}
+
+/// The runs on one map set; every run of a kind has the same scenario but for its run index.
+#[derive(Debug)]
+pub struct Records {
+    /// The identification record, then the two validation records.
+    pub identification: Vec<Record>,
+    /// Healthy records for the thresholds, then one more that no threshold saw.
+    pub healthy: Vec<Record>,
+    /// The nominal faults, by case; empty for the `axial` maps.
+    pub faults: Vec<Record>,
+    /// The healthy signature run, then the four faulty ones, all with the same excitation.
+    pub signature: Vec<Record>,
+}
+
+fn plan(
+    name: String,
+    map_set: MapSet,
+    profile: &str,
+    duration_s: f64,
+    seed: u64,
+    run_index: u64,
+) -> Result<Plan, CampaignError> {
+    let scenario = Scenario {
+        map_set,
+        duration_s,
+        profile: Profile::named(profile).during(&name)?,
+        noise: NoiseLevel::None,
+        seed,
+        run_index,
+        ..Scenario::default()
+    };
+    Ok(Plan { name, scenario })
+}
+
+/// A fault that is at its full size within a second.
+fn at_once(case: FaultCase, size: f64) -> Fault {
+    let (onset_s, rate_percent_per_h) = (SIGNATURE_ONSET_S, size * 3600.0);
+    let limit_percent = Some(size);
+    match case {
+        FaultCase::CompressorFouling => Fault::CompressorFouling {
+            onset_s,
+            rate_percent_per_h,
+            limit_percent,
+        },
+        FaultCase::ThermocoupleDrift => Fault::ThermocoupleDrift {
+            onset_s,
+            rate_percent_per_h,
+            limit_percent,
+        },
+        FaultCase::TurbineDamage => Fault::TurbineDamage {
+            onset_s,
+            rate_percent_per_h,
+            limit_percent,
+        },
+        FaultCase::FuelActuatorLag => Fault::FuelActuatorLag {
+            onset_s,
+            rate_s_per_h: size * 3600.0,
+            limit_s: Some(size),
+        },
+    }
+}
+
+fn plans(map_set: MapSet, seed: u64) -> Result<[Vec<Plan>; 4], CampaignError> {
+    // Run indices: 0..2 identification, 10.. healthy, 20.. nominal faults, 30 signature.
+    let identification = ["identification", "validation1", "validation2"]
+        .iter()
+        .zip(0..)
+        .map(|(name, index)| {
+            plan(
+                format!("{map_set}_{name}"),
+                map_set,
+                IDENTIFICATION_PROFILE,
+                IDENTIFICATION_S,
+                seed,
+                index,
+            )
+        })
+        .collect::<Result<_, _>>()?;
+    let mut healthy = Vec::new();
+    let mut faults = Vec::new();
+    if map_set == MapSet::Paper {
+        for index in 0..=HEALTHY_RECORDS {
+            let name = if index < HEALTHY_RECORDS {
+                format!("{map_set}_healthy{}", index + 1)
+            } else {
+                format!("{map_set}_healthy_test")
+            };
+            let run_index = 10 + index as u64;
+            healthy.push(plan(
+                name,
+                map_set,
+                IDENTIFICATION_PROFILE,
+                HEALTHY_S,
+                seed,
+                run_index,
+            )?);
+        }
+        for (case, run_index) in CASES.into_iter().zip(20..) {
+            let mut plan = plan(
+                format!("{map_set}_case{}_nominal", case.number()),
+                map_set,
+                IDENTIFICATION_PROFILE,
+                FAULT_RUN_S,
+                seed,
+                run_index,
+            )?;
+            plan.scenario.faults = vec![Fault::nominal(case, ONSET_S)];
+            faults.push(plan);
+        }
+    }
+    let signature_plan = |name: String, faults: Vec<Fault>| {
+        let mut plan = plan(name, map_set, SIGNATURE_PROFILE, SIGNATURE_S, seed, 30)?;
+        plan.scenario.faults = faults;
+        Ok::<_, CampaignError>(plan)
+    };
+    let mut signature = vec![signature_plan(
+        format!("{map_set}_signature_healthy"),
+        vec![],
+    )?];
+    for (case, size) in CASES.into_iter().zip(SIGNATURE_SIZES) {
+        let name = format!("{map_set}_signature_case{}", case.number());
+        signature.push(signature_plan(name, vec![at_once(case, size)])?);
+    }
+    Ok([identification, healthy, faults, signature])
+}
+
+/// Simulates everything, on all cores; the order of completion does not matter to any result.
+pub fn simulate_all(
+    map_sets: &[MapSet],
+    seed: u64,
+    progress: &dyn Progress,
+) -> Result<Vec<Records>, CampaignError> {
+    let groups: Vec<[Vec<Plan>; 4]> = map_sets
+        .iter()
+        .map(|map_set| plans(*map_set, seed))
+        .collect::<Result<_, _>>()?;
+    let total = groups.iter().flatten().map(Vec::len).sum();
+    let done = AtomicUsize::new(0);
+    let record = |plan: &Plan| {
+        let run = simulate(&plan.scenario).during(&plan.name)?;
+        progress.report(&plan.name, done.fetch_add(1, Ordering::Relaxed) + 1, total);
+        Ok::<_, CampaignError>(Record {
+            plan: plan.clone(),
+            run,
+        })
+    };
+    // One flat list, longest runs first, keeps both cores busy to the end.
+    let mut flat: Vec<(usize, &Plan)> = groups.iter().flatten().flatten().enumerate().collect();
+    flat.sort_by(|a, b| b.1.scenario.duration_s.total_cmp(&a.1.scenario.duration_s));
+    let mut finished: Vec<(usize, Record)> = flat
+        .into_par_iter()
+        .map(|(index, plan)| Ok((index, record(plan)?)))
+        .collect::<Result<_, CampaignError>>()?;
+    finished.sort_by_key(|(index, _)| *index);
+    let mut records = finished.into_iter().map(|(_, record)| record);
+    let mut take = |plans: &[Plan]| records.by_ref().take(plans.len()).collect::<Vec<_>>();
+    Ok(groups
+        .iter()
+        .map(|[identification, healthy, faults, signature]| Records {
+            identification: take(identification),
+            healthy: take(healthy),
+            faults: take(faults),
+            signature: take(signature),
+        })
+        .collect())
+}

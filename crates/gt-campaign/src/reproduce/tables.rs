@@ -1,0 +1,154 @@
+//! The numbers of a reproduction, as they go into JSON.
+
+use gtfdi::fdi::FalseAlarmRate;
+use serde::Serialize;
+
+/// Version of the JSON object; it rises when a key changes its meaning.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// Everything that `reproduce` computes; keys that are not computed yet are null or empty.
+#[derive(Debug, Clone, Serialize)]
+pub struct Tables {
+    /// Version of this object.
+    pub schema_version: u32,
+    /// Version of the program.
+    pub version: &'static str,
+    /// Seed of all runs.
+    pub seed: u64,
+    /// Sample time in seconds.
+    pub sample_time_s: f64,
+    /// Table 3: steady state.
+    pub table3: Vec<Table3Row>,
+    /// Tables 5 and 6: reconstruction errors of the ARX models.
+    pub table6: Vec<Table6Row>,
+    /// How `table6` is computed.
+    pub table6_definition: String,
+    /// Table 7: errors-in-variables models; not computed yet.
+    pub table7: Option<()>,
+    /// Table 8: noise variances; not computed yet.
+    pub table8: Option<()>,
+    /// Table 9: signature matrices of the free-run residuals, a map set each.
+    pub table9: Vec<Table9>,
+    /// The same for the observers with the paper's poles.
+    pub table9_observers: Vec<Table9>,
+    /// The observers and thresholds of sections 5.3 to 5.6.
+    pub observers: Vec<ObserverRow>,
+    /// How the thresholds are set.
+    pub observers_definition: String,
+    /// Detection of the paper's nominal faults by those observers.
+    pub detection: Vec<DetectionRow>,
+    /// How `detection` is computed.
+    pub detection_definition: String,
+    /// Table 10: minimal detectable faults; not computed yet.
+    pub table10: Vec<()>,
+    /// Isolation statistics; not computed yet.
+    pub isolation: Option<()>,
+}
+
+/// A variable of Table 3.
+#[derive(Debug, Clone, Serialize)]
+pub struct Table3Row {
+    /// Its name.
+    pub variable: String,
+    /// Its unit.
+    pub unit: String,
+    /// The paper's value.
+    pub paper: f64,
+    /// The trimmed plant's value.
+    pub model: f64,
+    /// `100 (model - paper) / paper`.
+    pub error_percent: f64,
+}
+
+/// An output of Table 6: mean square error over the variance of the output.
+#[derive(Debug, Clone, Serialize)]
+pub struct Table6Row {
+    /// The tag.
+    pub output: String,
+    /// The paper's label.
+    pub label: String,
+    /// Free run on the identification record; null where it diverges.
+    pub identification: Option<f64>,
+    /// Free run on the first validation record.
+    pub validation1: Option<f64>,
+    /// Free run on the second validation record.
+    pub validation2: Option<f64>,
+    /// One step ahead on the identification record.
+    pub identification_prediction: f64,
+    /// The paper's bounds: identification, first and second validation.
+    pub paper: [f64; 3],
+    /// Whether all three free runs are within the paper's bounds.
+    pub met: bool,
+}
+
+/// A signature matrix.
+#[derive(Debug, Clone, Serialize)]
+pub struct Table9 {
+    /// The plant's maps: `paper` or `axial`.
+    pub map_set: String,
+    /// Fault cases.
+    pub rows: Vec<String>,
+    /// Residuals.
+    pub columns: Vec<String>,
+    /// Graded entries, the largest of a column is 1.
+    pub matrix: Vec<Vec<f64>>,
+    /// The entries before the columns are normalised, in each output's own unit.
+    pub raw: Vec<Vec<f64>>,
+    /// Whether every column peaks at its own case.
+    pub diagonal: bool,
+    /// How the entries are defined.
+    pub definition: String,
+}
+
+/// An observer of sections 5.3 to 5.6 with its threshold.
+#[derive(Debug, Clone, Serialize)]
+pub struct ObserverRow {
+    /// The watched output.
+    pub output: String,
+    /// Its unit.
+    pub unit: String,
+    /// Where all eight poles lie, as in the paper.
+    pub pole: f64,
+    /// The paper's reconstruction error of the model.
+    pub paper_reconstruction_error: Option<f64>,
+    /// Free-run error of the model on the identification record.
+    pub reconstruction_error: Option<f64>,
+    /// The threshold on the residual's modulus, in the output's unit.
+    pub limit: f64,
+    /// False alarms on healthy records that the limit was not set on.
+    pub false_alarms_cross_validated: FalseAlarmRate,
+    /// False alarms on one more healthy record.
+    pub false_alarms_test: FalseAlarmRate,
+}
+
+/// Detection of one nominal fault.
+#[derive(Debug, Clone, Serialize)]
+pub struct DetectionRow {
+    /// 1 to 4.
+    pub case: usize,
+    /// What fails.
+    pub name: String,
+    /// Onset in seconds.
+    pub onset_s: f64,
+    /// Size at the end of the run, in `unit`.
+    pub final_size: f64,
+    /// `%` or `s`.
+    pub unit: String,
+    /// The watched outputs' first alarms after the onset, as delays in seconds; null without one.
+    pub delays_s: Vec<OutputDelay>,
+    /// The output whose residual alarms first.
+    pub first: Option<String>,
+    /// The output that the paper expects.
+    pub expected: String,
+}
+
+/// The delay of one residual's first alarm.
+#[derive(Debug, Clone, Serialize)]
+pub struct OutputDelay {
+    /// The tag.
+    pub output: String,
+    /// Seconds from the onset to the first alarm.
+    pub delay_s: Option<f64>,
+    /// The fault's size at that moment.
+    pub size: Option<f64>,
+}

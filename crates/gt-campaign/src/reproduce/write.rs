@@ -1,0 +1,91 @@
+//! The folder of a reproduction: page, tables, figures, logs.
+
+use std::fs;
+use std::path::Path;
+
+use gt_log::{ModelFile, RunMetadata, write_atomically, write_json, write_run, write_verdicts};
+use rayon::prelude::*;
+
+use super::Reproduction;
+use super::detection;
+use super::records::{HEALTHY_RECORDS, Record};
+use crate::error::CampaignError;
+use crate::progress::Progress;
+
+impl Reproduction {
+    /// Writes `index.html`, `tables.json`, `figures/*.svg`, `figures/*.csv`, `logs/*.mcap` and
+    /// `models/*.json` below `folder`, which is made where it is missing. Files appear under
+    /// their names only when they are whole.
+    ///
+    /// # Errors
+    /// [`CampaignError`] names the file or folder.
+    pub fn write(&self, folder: &Path, progress: &dyn Progress) -> Result<(), CampaignError> {
+        let make = |name: &str| {
+            let path = folder.join(name);
+            match fs::create_dir_all(&path) {
+                Ok(()) => Ok(path),
+                Err(source) => Err(CampaignError::Folder { path, source }),
+            }
+        };
+        let (figures, logs, models) = (make("figures")?, make("logs")?, make("models")?);
+        let what = "writing logs";
+        progress.report(what, 0, 1);
+        let records: Vec<&Record> = self
+            .records
+            .iter()
+            .flat_map(|records| {
+                let groups = [
+                    &records.identification,
+                    &records.healthy,
+                    &records.faults,
+                    &records.signature,
+                ];
+                groups.into_iter().flatten()
+            })
+            .collect();
+        records.par_iter().try_for_each(|record| {
+            let path = logs.join(format!("{}.mcap", record.plan.name));
+            write_run(&path, &record.run, &metadata(record)?).map_err(CampaignError::from)
+        })?;
+        let paper = &self.records[0];
+        let judged = paper.faults.iter().zip(&self.fault_runs);
+        let judged = judged.chain(
+            paper
+                .healthy
+                .get(HEALTHY_RECORDS)
+                .map(|record| (record, &self.healthy_run)),
+        );
+        judged
+            .collect::<Vec<_>>()
+            .into_par_iter()
+            .try_for_each(|(record, run)| {
+                let path = logs.join(format!("{}_verdicts.mcap", record.plan.name));
+                let data = record.select(&detection::tags())?;
+                write_verdicts(&path, &self.bank, &data, run, &metadata(record)?)
+                    .map_err(CampaignError::from)
+            })?;
+        for identified in &self.models {
+            let path = models.join(format!("{}.json", identified.monitored.tag));
+            write_json(&path, &ModelFile::arx(identified.model.clone(), None)?)?;
+        }
+        write_json(&models.join("bank.json"), &self.bank)?;
+        for figure in &self.figures {
+            let name = |extension: &str| figures.join(format!("{}.{extension}", figure.chart.id));
+            write_atomically(&name("svg"), figure.chart.stand_alone().as_bytes())?;
+            write_atomically(&name("csv"), figure.chart.csv().as_bytes())?;
+        }
+        write_json(&folder.join("tables.json"), &self.tables)?;
+        write_atomically(&folder.join("index.html"), self.page().as_bytes())?;
+        progress.report(what, 1, 1);
+        Ok(())
+    }
+}
+
+fn metadata(record: &Record) -> Result<RunMetadata, CampaignError> {
+    Ok(RunMetadata {
+        seed: Some(record.plan.scenario.seed),
+        run_index: Some(record.plan.scenario.run_index),
+        config_toml: toml::to_string(&record.plan.scenario)?,
+        data_sha256: None,
+    })
+}

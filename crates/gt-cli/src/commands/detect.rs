@@ -1,0 +1,183 @@
+//! `gtfdi detect`: a bank over a record.
+
+use std::path::Path;
+
+use gt_log::{RunMetadata, read_json, write_verdicts};
+use gtfdi::fdi::{Alarm, Bank, FalseAlarmRate};
+use serde::Serialize;
+
+use super::SCHEMA_VERSION;
+use super::identify::{read, selection};
+use crate::Outcome;
+use crate::cli::{DetectArgs, FailOn, GlobalArgs};
+use crate::config::layered;
+use crate::failure::Failure;
+use crate::output::{number, print, print_json, table};
+
+/// An alarm with every key that a verdict will have; what is not computed yet is null.
+#[derive(Serialize)]
+struct AlarmReport<'a> {
+    time_s: f64,
+    first_exceedance_s: f64,
+    end_s: Option<f64>,
+    fault: Option<&'a str>,
+    tag: &'a str,
+    statistic: f64,
+    threshold: f64,
+    onset_s: Option<f64>,
+    magnitude: Option<f64>,
+    probability: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct OutputReport<'a> {
+    name: &'a str,
+    threshold: f64,
+    consecutive: usize,
+    exceedance_share: Option<f64>,
+    alarms: usize,
+    false_alarms_per_hour: FalseAlarmRate,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    schema_version: u32,
+    samples: usize,
+    sample_time_s: f64,
+    alarms: Vec<AlarmReport<'a>>,
+    outputs: Vec<OutputReport<'a>>,
+    input_sha256: &'a str,
+    out: Option<&'a Path>,
+}
+
+/// Runs the verb.
+pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
+    let Some(args) = layered("detect", args, &DetectArgs::default(), global)? else {
+        return Ok(Outcome::Done);
+    };
+    let path = args
+        .data
+        .as_ref()
+        .ok_or_else(|| Failure::missing("DATA", "gtfdi detect run.csv"))?;
+    let bank_path = args
+        .bank
+        .as_ref()
+        .ok_or_else(|| Failure::missing("--bank", "--bank bank.json"))?;
+    let bank: Bank = read_json(bank_path).map_err(Failure::input)?;
+    let rows = args.rows.as_ref().map(|rows| rows.0.clone());
+    let wanted = selection(bank.inputs(), bank.outputs(), &args.reading, rows);
+    let imported = read(path, &wanted)?;
+    let data = &imported.dataset;
+    let run = bank
+        .run(data)
+        .map_err(|error| Failure::in_file(path, error))?;
+    if let Some(out) = &args.out {
+        let metadata = RunMetadata {
+            seed: None,
+            run_index: None,
+            config_toml: String::new(),
+            data_sha256: Some(imported.sha256.clone()),
+        };
+        write_verdicts(out, &bank, data, &run, &metadata).map_err(Failure::failed)?;
+    }
+    let report = Report {
+        schema_version: SCHEMA_VERSION,
+        samples: data.len(),
+        sample_time_s: data.sample_time_s(),
+        alarms: run.alarms.iter().map(alarm_report).collect(),
+        outputs: bank
+            .detectors()
+            .iter()
+            .zip(&run.share_above_limit)
+            .map(|(detector, share)| OutputReport {
+                name: detector.name(),
+                threshold: detector.threshold.limit,
+                consecutive: detector.threshold.consecutive,
+                exceedance_share: share.is_finite().then_some(*share),
+                alarms: run
+                    .alarms
+                    .iter()
+                    .filter(|alarm| alarm.tag == detector.name())
+                    .count(),
+                false_alarms_per_hour: detector.false_alarms.cross_validated,
+            })
+            .collect(),
+        input_sha256: &imported.sha256,
+        out: args.out.as_deref(),
+    };
+    if global.json {
+        print_json(&report)?;
+    } else {
+        print(&text(&report))?;
+    }
+    match args.fail_on {
+        Some(FailOn::Alarm) if !run.alarms.is_empty() => Ok(Outcome::Found),
+        _ => Ok(Outcome::Done),
+    }
+}
+
+fn alarm_report(alarm: &Alarm) -> AlarmReport<'_> {
+    AlarmReport {
+        time_s: alarm.time_s,
+        first_exceedance_s: alarm.first_exceedance_s,
+        end_s: alarm.end_s,
+        fault: None,
+        tag: &alarm.tag,
+        statistic: alarm.residual.abs(),
+        threshold: alarm.threshold,
+        onset_s: None,
+        magnitude: None,
+        probability: None,
+    }
+}
+
+fn text(report: &Report) -> String {
+    let outputs: Vec<Vec<String>> = report
+        .outputs
+        .iter()
+        .map(|output| {
+            vec![
+                output.name.to_owned(),
+                number(Some(output.threshold)),
+                number(output.exceedance_share.map(|share| 100.0 * share)),
+                output.alarms.to_string(),
+                number(Some(output.false_alarms_per_hour.per_hour)),
+            ]
+        })
+        .collect();
+    let mut text = table(
+        &[
+            "output",
+            "limit",
+            "above limit %",
+            "alarms",
+            "false alarms/h when healthy",
+        ],
+        &outputs,
+    );
+    if report.alarms.is_empty() {
+        text.push_str("no alarm\n");
+        return text;
+    }
+    let alarms: Vec<Vec<String>> = report
+        .alarms
+        .iter()
+        .map(|alarm| {
+            vec![
+                alarm.tag.to_owned(),
+                format!("{:.2}", alarm.time_s),
+                format!("{:.2}", alarm.first_exceedance_s),
+                alarm
+                    .end_s
+                    .map_or_else(|| "open".to_owned(), |end| format!("{end:.2}")),
+                number(Some(alarm.statistic)),
+            ]
+        })
+        .collect();
+    text.push('\n');
+    text.push_str(&table(
+        &["alarm", "at s", "above limit from s", "until s", "|r|"],
+        &alarms,
+    ));
+    text
+}

@@ -1,0 +1,61 @@
+//! `gtfdi log info`: what an MCAP log holds.
+
+use std::path::Path;
+
+use gt_log::info;
+
+use crate::Outcome;
+use crate::cli::GlobalArgs;
+use crate::failure::Failure;
+use crate::output::{number, print, print_json, table};
+
+/// Runs the verb.
+pub fn run(file: &Path, global: &GlobalArgs) -> Result<Outcome, Failure> {
+    let info = info(file).map_err(Failure::input)?;
+    if global.json {
+        print_json(&info)?;
+        return Ok(Outcome::Done);
+    }
+    let mut text = format!(
+        "{}: {} bytes, {} messages, written by {}\n",
+        file.display(),
+        info.size_bytes,
+        info.messages,
+        if info.library.is_empty() {
+            "an unnamed library"
+        } else {
+            &info.library
+        }
+    );
+    let rows: Vec<Vec<String>> = info
+        .topics
+        .iter()
+        .map(|topic| {
+            vec![
+                topic.topic.clone(),
+                topic.encoding.clone(),
+                topic.messages.to_string(),
+                topic.fields.len().to_string(),
+                number(topic.first_s),
+                number(topic.last_s),
+            ]
+        })
+        .collect();
+    text.push_str(&table(
+        &[
+            "topic", "encoding", "messages", "fields", "first s", "last s",
+        ],
+        &rows,
+    ));
+    for record in &info.metadata {
+        text.push_str(&format!("metadata {}\n", record.name));
+    }
+    for attachment in &info.attachments {
+        text.push_str(&format!(
+            "attachment {} ({} bytes)\n",
+            attachment.name, attachment.size_bytes
+        ));
+    }
+    print(&text)?;
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,64 @@
+//! Progress on standard error; bars are drawn here and nowhere below.
+
+use std::io::{IsTerminal, stderr};
+use std::sync::Mutex;
+use std::time::Duration;
+
+use gt_campaign::Progress;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::cli::ProgressMode;
+
+/// What shows the progress of long work.
+pub enum Shown {
+    /// A bar.
+    Bar(ProgressBar),
+    /// A JSON object a line.
+    Json(Mutex<()>),
+    /// Nothing.
+    Nothing,
+}
+
+impl Shown {
+    /// As asked for; without a wish, a bar where standard error is a terminal.
+    pub fn new(mode: Option<ProgressMode>) -> Self {
+        let terminal = stderr().is_terminal();
+        match mode {
+            Some(ProgressMode::Json) => Self::Json(Mutex::new(())),
+            Some(ProgressMode::Bar) | None if terminal => {
+                let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+                if let Ok(style) = ProgressStyle::with_template(
+                    "{bar:30} {pos}/{len} {elapsed} (left {eta}) {msg}",
+                ) {
+                    bar.set_style(style);
+                }
+                bar.enable_steady_tick(Duration::from_millis(200));
+                Self::Bar(bar)
+            }
+            _ => Self::Nothing,
+        }
+    }
+}
+
+impl Progress for Shown {
+    fn report(&self, what: &str, done: usize, total: usize) {
+        match self {
+            Self::Bar(bar) => {
+                bar.set_length(total as u64);
+                bar.set_position(done as u64);
+                bar.set_message(what.to_owned());
+                if done >= total {
+                    bar.finish_and_clear();
+                }
+            }
+            Self::Json(line) => {
+                let _one_line_at_a_time = line.lock();
+                eprintln!(
+                    "{}",
+                    serde_json::json!({"what": what, "done": done, "total": total})
+                );
+            }
+            Self::Nothing => {}
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Who may import whom: the arrows of ARCHITECTURE.md, checked against `cargo metadata`.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use cargo_metadata::{DependencyKind, MetadataCommand};
+
+/// Crates of the workspace that each crate may depend on (development dependencies apart).
+const ROOMS: [(&str, &[&str]); 10] = [
+    ("gt-core", &[]),
+    ("gt-plant", &["gt-core"]),
+    ("gt-ident", &["gt-core"]),
+    ("gt-fdi", &["gt-core"]),
+    ("gtfdi", &["gt-core", "gt-plant", "gt-ident", "gt-fdi"]),
+    ("gt-log", &["gtfdi", "gt-core"]),
+    ("gt-campaign", &["gtfdi", "gt-log"]),
+    ("gt-cli", &["gtfdi", "gt-log", "gt-campaign"]),
+    ("gt-py", &["gtfdi", "gt-log", "gt-campaign"]),
+    ("xtask", &[]),
+];
+
+/// Outside crates that only some rooms may name.
+const GUARDED: [(&str, &[&str]); 14] = [
+    ("faer", &["gt-core", "gt-ident", "gt-fdi"]),
+    ("clarabel", &["gt-core"]),
+    ("tokio", &[]),
+    ("mcap", &["gt-log"]),
+    ("prost", &["gt-log"]),
+    ("prost-types", &["gt-log"]),
+    ("csv", &["gt-log"]),
+    ("parquet", &["gt-log", "gt-campaign"]),
+    ("rayon", &["gt-campaign"]),
+    ("pyo3", &["gt-py"]),
+    ("numpy", &["gt-py"]),
+    ("clap", &["gt-cli"]),
+    ("indicatif", &["gt-cli"]),
+    ("anyhow", &["gt-cli"]),
+];
+
+/// Dependencies of every workspace crate that end up in what it builds.
+fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    let metadata = MetadataCommand::new()
+        .manifest_path(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
+        .no_deps()
+        .exec()
+        .expect("cargo metadata runs");
+    metadata
+        .packages
+        .iter()
+        .map(|package| {
+            let names = package
+                .dependencies
+                .iter()
+                .filter(|dependency| dependency.kind != DependencyKind::Development)
+                .map(|dependency| dependency.name.clone())
+                .collect();
+            (package.name.to_string(), names)
+        })
+        .collect()
+}
+
+#[test]
+fn crates_import_only_what_the_architecture_allows() {
+    let found = dependencies();
+    let known: BTreeSet<&str> = ROOMS.iter().map(|(name, _)| *name).collect();
+    let there: BTreeSet<&str> = found.keys().map(String::as_str).collect();
+    assert_eq!(
+        there, known,
+        "a crate is new or gone: say in ROOMS what it may import"
+    );
+    for (name, allowed) in ROOMS {
+        let inside: BTreeSet<&str> = found[name]
+            .iter()
+            .map(String::as_str)
+            .filter(|name| known.contains(name))
+            .collect();
+        let forbidden: Vec<&&str> = inside
+            .iter()
+            .filter(|name| !allowed.contains(name))
+            .collect();
+        assert!(
+            forbidden.is_empty(),
+            "{name} imports {forbidden:?}, allowed are {allowed:?}"
+        );
+    }
+}
+
+#[test]
+fn guarded_libraries_stay_in_their_rooms() {
+    for (name, imports) in dependencies() {
+        for (library, rooms) in GUARDED {
+            assert!(
+                !imports.contains(library) || rooms.contains(&name.as_str()),
+                "{name} imports {library}, which belongs to {rooms:?}"
+            );
+        }
+    }
+}
