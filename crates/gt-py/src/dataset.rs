@@ -1,0 +1,422 @@
+//! `Dataset` and `read`: records of inputs and outputs.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use gt_log::{Selection, read_dataset};
+use gtfdi::core::{Dataset, DimensionError, Signal};
+use numpy::{PyArray1, PyArray2};
+use pyo3::exceptions::PyUserWarning;
+use pyo3::prelude::*;
+use pyo3::types::{PySlice, PyTuple, PyType};
+
+use crate::array::{samples, samples_out};
+use crate::error::Failure;
+
+/// A name, or a list of names.
+#[derive(FromPyObject)]
+pub enum Names {
+    /// One.
+    One(String),
+    /// Several.
+    Many(Vec<String>),
+}
+
+impl From<Names> for Vec<String> {
+    fn from(names: Names) -> Self {
+        match names {
+            Names::One(name) => vec![name],
+            Names::Many(names) => names,
+        }
+    }
+}
+
+/// A record of inputs and outputs at a constant sample time.
+///
+/// Time is axis 0. The record owns its samples: arrays are copied once, after a conversion where
+/// they are not C-contiguous float64; ``u`` and ``y`` give a new array at every access.
+///
+/// Parameters
+/// ----------
+/// u : array_like, shape (N, nu) or (N,)
+///     Inputs. NaN means *no valid sample*.
+/// y : array_like, shape (N, ny) or (N,)
+///     Outputs.
+/// sample_time_s : float
+///     Sample time in seconds.
+/// inputs, outputs : list of str, optional
+///     Tags; ``u1, u2, ...`` and ``y1, y2, ...`` where left out.
+/// input_units, output_units : list of str, optional
+///     SI units; empty where unknown.
+/// start_time_s : float, optional
+///     Time of the first sample in seconds.
+///
+/// Raises
+/// ------
+/// DimensionError
+///     Sizes disagree.
+/// DataError
+///     A tag stands twice, or the sample time is not positive.
+/// ArrayTypeError
+///     An array of something else than real numbers.
+///
+/// Examples
+/// --------
+/// >>> import numpy as np, gtfdi
+/// >>> data = gtfdi.Dataset(np.zeros((10, 1)), np.ones((10, 2)), 0.1, outputs=["p", "t"])
+/// >>> len(data), data[2:5].y.shape
+/// (10, (3, 2))
+#[pyclass(frozen, eq, name = "Dataset", module = "gtfdi")]
+#[derive(PartialEq)]
+pub struct PyDataset {
+    inner: Arc<Dataset>,
+}
+
+impl PyDataset {
+    pub fn new(inner: Arc<Dataset>) -> Self {
+        Self { inner }
+    }
+}
+
+/// What `Dataset.__reduce__` gives: the class and its arguments in order.
+type Parts<'py> = (Bound<'py, PyType>, Bound<'py, PyTuple>);
+
+#[pymethods]
+impl PyDataset {
+    #[new]
+    #[pyo3(signature = (u, y, sample_time_s, inputs=None, outputs=None, input_units=None,
+        output_units=None, start_time_s=0.0))]
+    #[allow(clippy::too_many_arguments)] // Python names them
+    fn py_new(
+        u: &Bound<'_, PyAny>,
+        y: &Bound<'_, PyAny>,
+        sample_time_s: f64,
+        inputs: Option<Names>,
+        outputs: Option<Names>,
+        input_units: Option<Names>,
+        output_units: Option<Names>,
+        start_time_s: f64,
+    ) -> Result<Self, Failure> {
+        let (u, y) = (samples(u, "u")?, samples(y, "y")?);
+        let inputs = signals(inputs, input_units, 'u', u.nrows())?;
+        let outputs = signals(outputs, output_units, 'y', y.nrows())?;
+        let data = Dataset::new(inputs, outputs, u, y, sample_time_s)?;
+        Ok(Self::new(Arc::new(data.starting_at(start_time_s))))
+    }
+
+    /// Inputs, an array (N, nu).
+    #[getter]
+    fn u<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        samples_out(py, self.inner.u().clone())
+    }
+
+    /// Outputs, an array (N, ny).
+    #[getter]
+    fn y<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        samples_out(py, self.inner.y().clone())
+    }
+
+    /// Times of the samples in seconds, an array (N,).
+    #[getter]
+    fn time_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_vec(
+            py,
+            (0..self.inner.len())
+                .map(|k| self.inner.time_s(k))
+                .collect(),
+        )
+    }
+
+    /// Tags of the inputs.
+    #[getter]
+    fn inputs(&self) -> Vec<String> {
+        names(self.inner.inputs())
+    }
+
+    /// Tags of the outputs.
+    #[getter]
+    fn outputs(&self) -> Vec<String> {
+        names(self.inner.outputs())
+    }
+
+    /// Units of the inputs.
+    #[getter]
+    fn input_units(&self) -> Vec<String> {
+        units(self.inner.inputs())
+    }
+
+    /// Units of the outputs.
+    #[getter]
+    fn output_units(&self) -> Vec<String> {
+        units(self.inner.outputs())
+    }
+
+    /// Sample time in seconds.
+    #[getter]
+    fn sample_time_s(&self) -> f64 {
+        self.inner.sample_time_s()
+    }
+
+    /// Time of the first sample in seconds.
+    #[getter]
+    fn start_time_s(&self) -> f64 {
+        self.inner.start_time_s()
+    }
+
+    /// The record with the named channels as inputs and outputs, in the order asked for; a channel
+    /// may come from either side.
+    ///
+    /// Examples
+    /// --------
+    /// >>> run = gtfdi.simulate(8.0)
+    /// >>> run.measured.select(["a_v", "M_f"], ["q_c"]).y.shape
+    /// (100, 1)
+    fn select(&self, inputs: Names, outputs: Names) -> Result<Self, Failure> {
+        let (inputs, outputs): (Vec<String>, Vec<String>) = (inputs.into(), outputs.into());
+        Ok(Self::new(Arc::new(self.inner.select(&inputs, &outputs)?)))
+    }
+
+    fn __len__(&self) -> usize {
+        self.inner.len()
+    }
+
+    fn __getitem__(&self, rows: &Bound<'_, PySlice>) -> Result<Self, Failure> {
+        let length = isize::try_from(self.inner.len()).map_err(PyErr::from)?;
+        let indices = rows.indices(length)?;
+        if indices.step != 1 {
+            return Err(Failure::Option {
+                option: "step of the slice",
+                expected: "1 (the sample time stays)".to_owned(),
+                found: indices.step.to_string(),
+            });
+        }
+        let start = usize::try_from(indices.start).map_err(PyErr::from)?;
+        let stop = usize::try_from(indices.stop).map_err(PyErr::from)?;
+        Ok(Self::new(Arc::new(self.inner.rows(start..stop)?)))
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "Dataset({} samples of {} s, inputs: {}, outputs: {})",
+            self.inner.len(),
+            self.inner.sample_time_s(),
+            self.inputs().join(", "),
+            self.outputs().join(", ")
+        )
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Parts<'py>> {
+        let (py, this) = (slf.py(), slf.get());
+        let arguments = (
+            this.u(py)?,
+            this.y(py)?,
+            this.sample_time_s(),
+            this.inputs(),
+            this.outputs(),
+            this.input_units(),
+            this.output_units(),
+            this.start_time_s(),
+        );
+        Ok((slf.get_type(), arguments.into_pyobject(py)?))
+    }
+}
+
+/// Reads a ``.csv`` or ``.mcap`` file.
+///
+/// What a reader should know, such as samples that are not valid, is issued as a ``UserWarning``.
+///
+/// Parameters
+/// ----------
+/// path : path_like
+///     The file.
+/// inputs, outputs : list of str
+///     Tags, or patterns such as ``xmv*``.
+/// time : str, optional
+///     The time column of a CSV file; a column named ``time``, ``timestamp`` or ``t`` is one.
+/// sample_time_s : float, optional
+///     Sample time in seconds, in place of the times in the file.
+/// topic : str, optional
+///     The topic of an MCAP log, ``/plant/measured`` where left out.
+/// rows : tuple of int, optional
+///     First row and one past the last, 0-based.
+///
+/// Returns
+/// -------
+/// Dataset
+///
+/// Raises
+/// ------
+/// LogError
+///     Names the file, the line or time, the column, what was expected and what was found.
+///
+/// Examples
+/// --------
+/// >>> gtfdi.simulate(60.0, seed=3).write("run.mcap")
+/// >>> gtfdi.read("run.mcap", inputs=["a_v", "M_f"], outputs="q_c", rows=(0, 500))
+/// Dataset(500 samples of 0.08 s, inputs: a_v, M_f, outputs: q_c)
+#[pyfunction]
+#[pyo3(signature = (path, *, inputs, outputs, time=None, sample_time_s=None, topic=None, rows=None))]
+#[allow(clippy::too_many_arguments)] // Python names them
+pub fn read(
+    py: Python<'_>,
+    path: PathBuf,
+    inputs: Names,
+    outputs: Names,
+    time: Option<String>,
+    sample_time_s: Option<f64>,
+    topic: Option<String>,
+    rows: Option<(usize, usize)>,
+) -> Result<PyDataset, Failure> {
+    let selection = Selection {
+        inputs: inputs.into(),
+        outputs: outputs.into(),
+        time,
+        sample_time_s,
+        topic,
+        rows: rows.map(|(start, end)| start..end),
+    };
+    let imported = py.detach(|| read_dataset(&path, &selection))?;
+    for warning in &imported.warnings {
+        warn(py, &format!("{}: {warning}", path.display()))?;
+    }
+    Ok(PyDataset::new(Arc::new(imported.dataset)))
+}
+
+/// Issues a `UserWarning` at the caller's line.
+fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    let category = py.get_type::<PyUserWarning>();
+    py.import("warnings")?
+        .call_method1("warn", (text, category, 1))?;
+    Ok(())
+}
+
+/// Names and units of `count` channels.
+pub fn signals(
+    names: Option<Names>,
+    units: Option<Names>,
+    prefix: char,
+    count: usize,
+) -> Result<Vec<Signal>, Failure> {
+    let names = match names {
+        Some(names) => names.into(),
+        None => (1..=count)
+            .map(|index| format!("{prefix}{index}"))
+            .collect::<Vec<String>>(),
+    };
+    let Some(units) = units else {
+        return Ok(Signal::named(&names));
+    };
+    let units: Vec<String> = units.into();
+    DimensionError::check(
+        &format!("units of the channels of {prefix}"),
+        names.len(),
+        units.len(),
+    )?;
+    Ok(names
+        .into_iter()
+        .zip(units)
+        .map(|(name, unit)| Signal::new(name, unit))
+        .collect())
+}
+
+/// The names of signals.
+pub fn names(signals: &[Signal]) -> Vec<String> {
+    signals.iter().map(|signal| signal.name.clone()).collect()
+}
+
+fn units(signals: &[Signal]) -> Vec<String> {
+    signals.iter().map(|signal| signal.unit.clone()).collect()
+}
+
+/// The two halves of a record: `(data, None)`, `((u, y), None)` or `(u, y)`.
+pub enum Given<'py> {
+    /// A `Dataset`.
+    Record(Arc<Dataset>),
+    /// Two arrays.
+    Arrays(Bound<'py, PyAny>, Bound<'py, PyAny>),
+}
+
+impl<'py> Given<'py> {
+    /// Sorts the arguments `u` and `y` of a call.
+    pub fn new(u: &Bound<'py, PyAny>, y: Option<&Bound<'py, PyAny>>) -> Result<Self, Failure> {
+        if let Some(y) = y {
+            return Ok(Self::Arrays(u.clone(), y.clone()));
+        }
+        if let Ok(data) = u.cast::<PyDataset>() {
+            return Ok(Self::Record(Arc::clone(&data.get().inner)));
+        }
+        match u.cast::<PyTuple>() {
+            Ok(pair) if pair.len() == 2 => Ok(Self::Arrays(pair.get_item(0)?, pair.get_item(1)?)),
+            _ => Err(Failure::Option {
+                option: "y",
+                expected: "a Dataset, a tuple (u, y), or both u and y".to_owned(),
+                found: format!("{} alone", u.get_type().name()?),
+            }),
+        }
+    }
+
+    /// The record for something that knows its channels. A `Dataset` is looked through by name.
+    pub fn known(
+        self,
+        inputs: &[Signal],
+        outputs: &[Signal],
+        sample_time_s: f64,
+    ) -> Result<Arc<Dataset>, Failure> {
+        match self {
+            Self::Record(data) => {
+                if data.inputs() == inputs && data.outputs() == outputs {
+                    return Ok(data);
+                }
+                Ok(Arc::new(data.select(&names(inputs), &names(outputs))?))
+            }
+            Self::Arrays(u, y) => {
+                let (u, y) = (samples(&u, "u")?, samples(&y, "y")?);
+                let (inputs, outputs) = (inputs.to_vec(), outputs.to_vec());
+                Ok(Arc::new(Dataset::new(
+                    inputs,
+                    outputs,
+                    u,
+                    y,
+                    sample_time_s,
+                )?))
+            }
+        }
+    }
+
+    /// The record for something that takes its channels from it: a `Dataset` is narrowed to the
+    /// named channels, arrays are given the names.
+    pub fn unknown(
+        self,
+        inputs: Option<Names>,
+        outputs: Option<Names>,
+        sample_time_s: Option<f64>,
+    ) -> Result<Arc<Dataset>, Failure> {
+        match (self, sample_time_s) {
+            (Self::Record(_), Some(found)) => Err(Failure::Option {
+                option: "sample_time_s",
+                expected: "none with a Dataset, which has its own".to_owned(),
+                found: found.to_string(),
+            }),
+            (Self::Record(data), None) => {
+                if inputs.is_none() && outputs.is_none() {
+                    return Ok(data);
+                }
+                let inputs = inputs.map_or_else(|| names(data.inputs()), Into::into);
+                let outputs = outputs.map_or_else(|| names(data.outputs()), Into::into);
+                Ok(Arc::new(data.select(&inputs, &outputs)?))
+            }
+            (Self::Arrays(u, y), sample_time_s) => {
+                let (u, y) = (samples(&u, "u")?, samples(&y, "y")?);
+                let inputs = signals(inputs, None, 'u', u.nrows())?;
+                let outputs = signals(outputs, None, 'y', y.nrows())?;
+                Ok(Arc::new(Dataset::new(
+                    inputs,
+                    outputs,
+                    u,
+                    y,
+                    sample_time_s.unwrap_or(1.0),
+                )?))
+            }
+        }
+    }
+}

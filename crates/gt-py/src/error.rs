@@ -1,0 +1,145 @@
+//! What goes wrong on the way between Python and the rooms, and which exception says so.
+
+use gt_log::LogError;
+use gtfdi::core::{DataError, DimensionError, ModelError};
+use gtfdi::fdi::{FdiError, StepError};
+use gtfdi::ident::IdentError;
+use gtfdi::plant::PlantError;
+use pyo3::prelude::*;
+use pyo3::types::PyType;
+use thiserror::Error;
+
+/// The Python module of the exception classes, which have two bases each and so are Python.
+const EXCEPTIONS: &str = "gtfdi.errors";
+
+/// Why a call from Python is refused.
+#[derive(Debug, Error)]
+pub enum Failure {
+    /// Sizes disagree.
+    #[error(transparent)]
+    Dimension(#[from] DimensionError),
+    /// A record cannot be built or used.
+    #[error(transparent)]
+    Data(#[from] DataError),
+    /// A state-space model cannot be built or used.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A model cannot be identified, realised or applied.
+    #[error(transparent)]
+    Ident(#[from] IdentError),
+    /// A design cannot be made or used.
+    #[error(transparent)]
+    Fdi(#[from] FdiError),
+    /// The online detector refused a sample.
+    #[error(transparent)]
+    Step(#[from] StepError),
+    /// A scenario cannot be simulated.
+    #[error(transparent)]
+    Plant(#[from] PlantError),
+    /// A file cannot be read or written.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// A fault of a scenario has other keys or values than its case.
+    #[error("faults, entry {index}: {cause}")]
+    Fault {
+        /// 0-based position in the list.
+        index: usize,
+        /// What the keys should be.
+        cause: toml::de::Error,
+    },
+    /// A scenario has no TOML form.
+    #[error("scenario: expected a TOML form, found none: {cause}")]
+    NotToml {
+        /// What is in the way.
+        cause: toml::ser::Error,
+    },
+    /// A value has no JSON form.
+    #[error("{what}: expected a JSON form, found none: {cause}")]
+    Json {
+        /// What was to be written or read.
+        what: &'static str,
+        /// What is in the way.
+        cause: serde_json::Error,
+    },
+    /// An array of something else than real numbers.
+    #[error("{what}: expected an array of real numbers, found {found}")]
+    NotNumbers {
+        /// Which argument.
+        what: String,
+        /// Its dtype, or why NumPy makes no array of it.
+        found: String,
+    },
+    /// An option out of its range, or options that exclude each other.
+    #[error("option {option}: expected {expected}, found {found}")]
+    Option {
+        /// The option's name.
+        option: &'static str,
+        /// What is accepted.
+        expected: String,
+        /// What was given.
+        found: String,
+    },
+    /// Python itself objects.
+    #[error(transparent)]
+    Python(#[from] PyErr),
+}
+
+impl Failure {
+    /// The name of the exception class, and the sizes where it is about sizes.
+    fn class(&self) -> (&'static str, Option<&DimensionError>) {
+        match self {
+            Self::Dimension(sizes)
+            | Self::Data(DataError::Dimension(sizes))
+            | Self::Model(ModelError::Dimension(sizes))
+            | Self::Ident(
+                IdentError::Dimension(sizes)
+                | IdentError::Data(DataError::Dimension(sizes))
+                | IdentError::Model(ModelError::Dimension(sizes)),
+            )
+            | Self::Fdi(
+                FdiError::Dimension(sizes)
+                | FdiError::Data(DataError::Dimension(sizes))
+                | FdiError::Model(ModelError::Dimension(sizes)),
+            ) => ("DimensionError", Some(sizes)),
+            Self::Data(_) | Self::Ident(IdentError::Data(_)) | Self::Fdi(FdiError::Data(_)) => {
+                ("DataError", None)
+            }
+            Self::Model(_) | Self::Ident(IdentError::Model(_)) | Self::Fdi(FdiError::Model(_)) => {
+                ("ModelError", None)
+            }
+            Self::Ident(_) => ("IdentError", None),
+            Self::Step(_) | Self::Fdi(FdiError::Step(_)) => ("StepError", None),
+            Self::Fdi(_) => ("DesignError", None),
+            Self::Plant(_) | Self::Fault { .. } | Self::NotToml { .. } => ("PlantError", None),
+            Self::Log(_) | Self::Json { .. } => ("LogError", None),
+            Self::NotNumbers { .. } => ("ArrayTypeError", None),
+            Self::Option { .. } => ("OptionError", None),
+            Self::Python(_) => ("GtfdiError", None),
+        }
+    }
+
+    fn raise(&self, py: Python<'_>) -> PyResult<PyErr> {
+        let (name, sizes) = self.class();
+        let class = py
+            .import(EXCEPTIONS)?
+            .getattr(name)?
+            .cast_into::<PyType>()?;
+        let error = PyErr::from_type(class, self.to_string());
+        if let Some(sizes) = sizes {
+            let value = error.value(py);
+            value.setattr("what", &sizes.what)?;
+            value.setattr("expected", sizes.expected)?;
+            value.setattr("found", sizes.found)?;
+        }
+        Ok(error)
+    }
+}
+
+impl From<Failure> for PyErr {
+    fn from(failure: Failure) -> Self {
+        match failure {
+            Failure::Python(error) => error,
+            failure => Python::attach(|py| failure.raise(py).unwrap_or_else(|error| error)),
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! `observer`: a residual generator for one output.
+
+use gtfdi::core::{OperatingPoint, StateSpace};
+use gtfdi::fdi::ResidualGenerator;
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::array::{pair_out, vector};
+use crate::arx_model::PyOutputModel;
+use crate::dataset::{Given, names};
+use crate::error::Failure;
+use crate::state_space::PyStateSpace;
+
+/// A number for all states, or one for each.
+#[derive(FromPyObject, Clone)]
+pub enum Poles {
+    /// One for all.
+    One(f64),
+    /// One a state.
+    Many(Vec<f64>),
+}
+
+impl Poles {
+    /// The poles of an observer with `nx` states.
+    pub fn of(&self, nx: usize) -> Vec<f64> {
+        match self {
+            Self::One(pole) => vec![*pole; nx],
+            Self::Many(poles) => poles.clone(),
+        }
+    }
+}
+
+/// A residual generator; ``gtfdi.observer`` makes one.
+#[pyclass(frozen, eq, name = "Observer", module = "gtfdi")]
+#[derive(PartialEq)]
+pub struct PyObserver {
+    inner: ResidualGenerator,
+}
+
+#[pymethods]
+impl PyObserver {
+    /// The residual of a record, an array (N,), from the initial state zero; the first
+    /// ``settle_samples`` of it hold the initial transient. A sample without a valid input or
+    /// output gives NaN.
+    ///
+    /// Examples
+    /// --------
+    /// >>> residual = gtfdi.observer(model.output_model(0), poles=0.5).residual(u, y)
+    #[pyo3(signature = (u, y=None))]
+    fn residual<'py>(
+        &self,
+        u: &Bound<'py, PyAny>,
+        y: Option<&Bound<'py, PyAny>>,
+    ) -> Result<Bound<'py, PyArray1<f64>>, Failure> {
+        let model = self.inner.model();
+        let given = Given::new(u, y)?;
+        let data = given.known(model.inputs(), model.outputs(), model.sample_time_s())?;
+        let residual = u.py().detach(|| self.inner.residual(&data))?;
+        Ok(PyArray1::from_slice(u.py(), residual.as_slice()))
+    }
+
+    /// The gain K, an array (nx,).
+    #[getter]
+    fn gain<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, self.inner.gain().as_slice())
+    }
+
+    /// The poles that were asked for, an array (nx,).
+    #[getter]
+    fn poles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, self.inner.poles())
+    }
+
+    /// Samples after which a wrong initial state is forgotten.
+    #[getter]
+    fn settle_samples(&self) -> usize {
+        self.inner.settle_samples()
+    }
+
+    /// The model (StateSpace).
+    #[getter]
+    fn model(&self) -> PyStateSpace {
+        PyStateSpace {
+            inner: self.inner.model().clone(),
+        }
+    }
+
+    /// The operating point, a dictionary of arrays ``u`` and ``y``.
+    #[getter]
+    fn point<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let point = self.inner.point();
+        pair_out(py, &point.u, &point.y)
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "Observer(output: {}, inputs: {}, poles: {:?})",
+            self.inner.output().name,
+            names(self.inner.inputs()).join(", "),
+            self.inner.poles()
+        )
+    }
+}
+
+/// What an observer is made for.
+#[derive(FromPyObject)]
+pub enum Model<'py> {
+    /// A model of one output.
+    StateSpace(Bound<'py, PyStateSpace>),
+    /// A row of an ARX model, with its operating point.
+    Output(Bound<'py, PyOutputModel>),
+}
+
+/// Designs the output observer of a model with one output.
+///
+/// The residual is ``r(t) = (y - y0) - C x - D (u - u0)`` with
+/// ``x(t+1) = A x + B (u - u0) + K r`` and the poles of ``A - K C`` as given.
+///
+/// Parameters
+/// ----------
+/// model : StateSpace or OutputModel
+///     A model of one output.
+/// poles : float or list of float
+///     One pole for all states, or one a state; real, inside the unit circle.
+/// point : tuple of array_like, optional
+///     Operating point ``(u0, y0)``; that of the OutputModel, or zero.
+///
+/// Returns
+/// -------
+/// Observer
+///
+/// Raises
+/// ------
+/// DesignError
+///     A pole is outside the unit circle, their number is not that of the states, or the output
+///     does not determine the state.
+///
+/// Examples
+/// --------
+/// >>> observer = gtfdi.observer(model.output_model("q_c"), poles=0.7)
+/// >>> observer.settle_samples
+/// 67
+#[pyfunction]
+#[pyo3(signature = (model, poles, point=None))]
+pub fn observer(
+    model: Model<'_>,
+    poles: Poles,
+    point: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+) -> Result<PyObserver, Failure> {
+    let (model, own): (StateSpace, Option<OperatingPoint>) = match model {
+        Model::StateSpace(model) => (model.get().inner.clone(), None),
+        Model::Output(output) => {
+            let output = &output.get().inner;
+            (output.model.clone(), Some(output.point.clone()))
+        }
+    };
+    let point = match (point, own) {
+        (Some((u, y)), _) => OperatingPoint {
+            u: vector(&u, "u0")?,
+            y: vector(&y, "y0")?,
+        },
+        (None, Some(point)) => point,
+        (None, None) => OperatingPoint::zero(model.nu(), model.ny()),
+    };
+    let poles = poles.of(model.nx());
+    Ok(PyObserver {
+        inner: ResidualGenerator::observer(model, point, &poles)?,
+    })
+}

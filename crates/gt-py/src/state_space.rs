@@ -1,0 +1,179 @@
+//! `StateSpace`: a discrete linear model.
+
+use gtfdi::core::StateSpace;
+use nalgebra::{Complex, DVector};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyType;
+
+use crate::array::{json_text, matrix, matrix_out, samples, samples_out, vector};
+use crate::dataset::{Names, names, signals};
+use crate::error::Failure;
+
+/// A discrete linear model ``x(t+1) = A x(t) + B u(t)``, ``y(t) = C x(t) + D u(t)``.
+///
+/// Parameters
+/// ----------
+/// A, B, C, D : array_like, shapes (nx, nx), (nx, nu), (ny, nx), (ny, nu)
+///     The matrices.
+/// dt : float
+///     Sample time in seconds.
+/// inputs, outputs : list of str, optional
+///     Tags; ``u1, u2, ...`` and ``y1, y2, ...`` where left out.
+///
+/// Raises
+/// ------
+/// DimensionError
+///     Sizes disagree.
+/// ModelError
+///     An entry is not finite, or the sample time is not positive.
+///
+/// Examples
+/// --------
+/// >>> model = gtfdi.StateSpace([[0.5]], [[1.0]], [[1.0]], [[0.0]], 0.1)
+/// >>> model.simulate([1.0, 0.0, 0.0]).ravel()
+/// array([0. , 1. , 0.5])
+#[pyclass(frozen, eq, name = "StateSpace", module = "gtfdi")]
+#[derive(PartialEq)]
+pub struct PyStateSpace {
+    pub inner: StateSpace,
+}
+
+#[pymethods]
+impl PyStateSpace {
+    #[new]
+    #[pyo3(signature = (A, B, C, D, dt, inputs=None, outputs=None))]
+    #[allow(non_snake_case)] // the field's notation
+    fn py_new(
+        A: &Bound<'_, PyAny>,
+        B: &Bound<'_, PyAny>,
+        C: &Bound<'_, PyAny>,
+        D: &Bound<'_, PyAny>,
+        dt: f64,
+        inputs: Option<Names>,
+        outputs: Option<Names>,
+    ) -> Result<Self, Failure> {
+        let matrices = [
+            matrix(A, "A")?,
+            matrix(B, "B")?,
+            matrix(C, "C")?,
+            matrix(D, "D")?,
+        ];
+        let inputs = signals(inputs, None, 'u', matrices[1].ncols())?;
+        let outputs = signals(outputs, None, 'y', matrices[2].nrows())?;
+        Ok(Self {
+            inner: StateSpace::new(matrices, dt, inputs, outputs)?,
+        })
+    }
+
+    /// State matrix, an array (nx, nx).
+    #[getter(A)]
+    fn a<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix_out(py, self.inner.a())
+    }
+
+    /// Input matrix, an array (nx, nu).
+    #[getter(B)]
+    fn b<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix_out(py, self.inner.b())
+    }
+
+    /// Output matrix, an array (ny, nx).
+    #[getter(C)]
+    fn c<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix_out(py, self.inner.c())
+    }
+
+    /// Direct term, an array (ny, nu).
+    #[getter(D)]
+    fn d<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix_out(py, self.inner.d())
+    }
+
+    /// Sample time in seconds.
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.inner.sample_time_s()
+    }
+
+    /// Tags of the inputs.
+    #[getter]
+    fn inputs(&self) -> Vec<String> {
+        names(self.inner.inputs())
+    }
+
+    /// Tags of the outputs.
+    #[getter]
+    fn outputs(&self) -> Vec<String> {
+        names(self.inner.outputs())
+    }
+
+    /// The eigenvalues of A, a complex array (nx,).
+    fn poles<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<Complex<f64>>>, Failure> {
+        Ok(PyArray1::from_vec(py, self.inner.poles()?))
+    }
+
+    /// The outputs (N, ny) that the inputs ``u`` (N, nu) produce from the state ``x0`` (nx,), which
+    /// is zero where left out.
+    #[pyo3(signature = (u, x0=None))]
+    fn simulate<'py>(
+        &self,
+        u: &Bound<'py, PyAny>,
+        x0: Option<&Bound<'py, PyAny>>,
+    ) -> Result<Bound<'py, PyArray2<f64>>, Failure> {
+        let py = u.py();
+        let u = samples(u, "u")?;
+        let x0 = match x0 {
+            Some(x0) => vector(x0, "x0")?,
+            None => DVector::zeros(self.inner.nx()),
+        };
+        let y = py.detach(|| self.inner.simulate(&x0, &u))?;
+        Ok(samples_out(py, y)?)
+    }
+
+    /// The first ``n`` Markov parameters ``D, C B, C A B, ...``, an array (n, ny, nu).
+    fn markov_parameters<'py>(
+        &self,
+        py: Python<'py>,
+        n: usize,
+    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let parameters = self.inner.markov_parameters(n);
+        let values: Vec<f64> = parameters
+            .iter()
+            .flat_map(|each| each.transpose().as_slice().to_vec())
+            .collect();
+        PyArray1::from_vec(py, values).reshape([n, self.inner.ny(), self.inner.nu()])
+    }
+
+    /// The model as JSON.
+    fn to_json(&self) -> Result<String, Failure> {
+        json_text("state-space model", &self.inner)
+    }
+
+    /// A model from the JSON that ``to_json`` gave; it is checked.
+    #[classmethod]
+    fn from_json(_class: &Bound<'_, PyType>, text: &str) -> Result<Self, Failure> {
+        let inner = serde_json::from_str(text).map_err(|cause| Failure::Json {
+            what: "state-space model",
+            cause,
+        })?;
+        Ok(Self { inner })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<(Bound<'py, PyAny>, (String,)), Failure> {
+        Ok((
+            slf.get_type().getattr("from_json")?,
+            (slf.get().to_json()?,),
+        ))
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "StateSpace({} states, inputs: {}, outputs: {}, dt {} s)",
+            self.inner.nx(),
+            self.inputs().join(", "),
+            self.outputs().join(", "),
+            self.inner.sample_time_s()
+        )
+    }
+}

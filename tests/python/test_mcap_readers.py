@@ -1,0 +1,119 @@
+"""Our logs, read by the independent packages mcap and mcap-protobuf-support."""
+
+import numpy as np
+import pytest
+from mcap.reader import NonSeekingReader, SeekingReader
+from mcap.records import Chunk, Message, Metadata
+from mcap.stream_reader import StreamReader
+from mcap_protobuf.decoder import DecoderFactory
+
+import gtfdi
+
+TOPICS = ["/plant/truth", "/plant/measured"]
+
+
+@pytest.fixture(scope="module")
+def run():
+    return gtfdi.simulate(60.0, seed=3)
+
+
+@pytest.fixture(scope="module")
+def log(run, tmp_path_factory):
+    path = tmp_path_factory.mktemp("log") / "s.mcap"
+    run.write(path)
+    return path
+
+
+def samples(reader, data):
+    """The messages of a topic as an array, with their times: (times, u, y)."""
+    tags = data.inputs + data.outputs
+    times, rows = [], []
+    for _, _, message, sample in reader:
+        assert all(sample.HasField(tag) for tag in tags)
+        times.append(message.log_time)
+        rows.append([getattr(sample, tag) for tag in tags])
+    values = np.array(rows)
+    return np.array(times), values[:, : len(data.inputs)], values[:, len(data.inputs) :]
+
+
+@pytest.mark.parametrize("reader_class", [SeekingReader, NonSeekingReader])
+@pytest.mark.parametrize("topic", TOPICS)
+def test_every_value_comes_back_exactly(run, log, topic, reader_class):
+    data = run.truth if topic == "/plant/truth" else run.measured
+    with log.open("rb") as stream:
+        reader = reader_class(stream, decoder_factories=[DecoderFactory()])
+        times, u, y = samples(reader.iter_decoded_messages(topics=[topic]), data)
+    assert len(times) == 750
+    assert u.tobytes() == data.u.tobytes()
+    assert y.tobytes() == data.y.tobytes()
+    # k Ts on from the first, in whole nanoseconds.
+    assert np.array_equal(times - times[0], 80_000_000 * np.arange(750))
+
+
+def test_schemas_name_their_fields_and_channels_their_units(run, log):
+    with log.open("rb") as stream:
+        reader = SeekingReader(stream, decoder_factories=[DecoderFactory()])
+        summary = reader.get_summary()
+        channels = {channel.topic: channel for channel in summary.channels.values()}
+        assert set(TOPICS) <= set(channels)
+        for topic in TOPICS:
+            schema = summary.schemas[channels[topic].schema_id]
+            assert schema.encoding == "protobuf"
+            assert schema.name.startswith("gtfdi.v1.")
+            assert "units" in channels[topic].metadata
+        _, _, _, sample = next(reader.iter_decoded_messages(topics=TOPICS))
+    fields = {field.name: field for field in sample.DESCRIPTOR.fields}
+    assert len(fields) >= 28
+    assert set(fields) == set(run.truth.inputs + run.truth.outputs)
+    # Optional: absent is not zero.
+    assert all(field.has_presence for field in fields.values())
+
+
+def test_metadata_stands_before_the_first_message(log):
+    with log.open("rb") as stream:
+        records = list(StreamReader(stream, emit_chunks=False).records)
+    metadata = [k for k, record in enumerate(records) if isinstance(record, Metadata)]
+    messages = [k for k, record in enumerate(records) if isinstance(record, (Message, Chunk))]
+    named = {records[k].name: records[k].metadata for k in metadata}
+    assert max(metadata) < min(messages)
+    assert named["gtfdi.run"]["seed"] == "3"
+    assert "gtfdi.config" in named
+
+
+def test_attachments_and_metadata_are_indexed(run, log):
+    with log.open("rb") as stream:
+        reader = SeekingReader(stream)
+        (attachment,) = reader.iter_attachments()
+        names = [record.name for record in reader.iter_metadata()]
+    assert attachment.name == "config.toml"
+    assert attachment.data.decode() == run.config
+    assert names[0] == "gtfdi.run"
+
+
+def test_one_seed_gives_one_file(run, log, tmp_path):
+    again = tmp_path / "elsewhere.mcap"
+    gtfdi.simulate(60.0, seed=3).write(again)
+    assert again.read_bytes() == log.read_bytes()
+
+
+def test_our_own_reader_agrees(run, log):
+    data = gtfdi.read(log, inputs=run.measured.inputs, outputs=run.measured.outputs)
+    assert data == run.measured
+    truth = gtfdi.read(log, inputs=["a_v"], outputs=["p7"], topic="/plant/truth", rows=(10, 20))
+    assert np.array_equal(truth.u, run.truth.select(["a_v"], ["p7"])[10:20].u)
+
+
+def test_injected_faults_are_logged(tmp_path):
+    fault = {"case": "turbine_damage", "onset_s": 1.0, "rate_percent_per_h": 5.0}
+    run = gtfdi.simulate(4.0, faults=[fault])
+    path = tmp_path / "f.mcap"
+    run.write(path)
+    with path.open("rb") as stream:
+        reader = SeekingReader(stream, decoder_factories=[DecoderFactory()])
+        found = [
+            (sample.turbine_damage, sample.turbine_damage_active)
+            for _, _, _, sample in reader.iter_decoded_messages(topics=["/plant/faults"])
+        ]
+    assert np.array_equal(np.array(found), np.column_stack([run.faults, run.faults != 0.0]))
+    with pytest.raises(gtfdi.LogError, match="could not"):
+        run.write(tmp_path / "no" / "such" / "folder.mcap")
