@@ -2,6 +2,7 @@
 
 import json
 import pickle
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -195,6 +196,16 @@ def test_a_diverging_free_run_is_said_to(random_record):
     assert np.isnan(model_run.y[sample:]).all()
 
 
+def test_threads_give_the_same_models(random_record):
+    # The lock on the interpreter is released in a fit: several run at once on one record.
+    _, u, y = random_record(16, samples=3000)
+    y = y + np.random.default_rng(17).standard_normal(y.shape)
+    expected = gtfdi.arx(u, y, order=4, structure="diag")
+    with ThreadPoolExecutor(4) as pool:
+        jobs = [pool.submit(gtfdi.arx, u, y, order=4, structure="diag") for _ in range(8)]
+        assert all(job.result() == expected for job in jobs)
+
+
 def test_refusals_of_options(random_record):
     _, u, y = random_record(14)
     for order in (0, -1, (0, 3), (4, 3), "best"):
@@ -204,6 +215,14 @@ def test_refusals_of_options(random_record):
         gtfdi.arx(u, y, order=2, na=2, nb=2)
     with pytest.raises(gtfdi.OptionError, match="^option order: .*found none of them"):
         gtfdi.arx(u, y)
+    with pytest.raises(TypeError, match='order.*int | tuple of two int | "auto"'):
+        gtfdi.arx(u, y, order=2.5)
+    with pytest.raises(gtfdi.OptionError, match="^option structure: .*found na and nb$"):
+        gtfdi.arx(u, y, na=2, nb=2, structure="canonical")
+    with pytest.raises(gtfdi.OptionError, match="^option structure: .*found full or diag$"):
+        gtfdi.arx(u, y, indices=[2], structure="full")
+    with pytest.raises(gtfdi.OptionError, match="^option nk: "):
+        gtfdi.arx(u, y, order=2, nk=3, structure="canonical")
     with pytest.raises(gtfdi.OptionError, match='^option structure: .*found "fir"'):
         gtfdi.arx(u, y, order=2, structure="fir")
     with pytest.raises(gtfdi.OptionError, match="^option nb: "):

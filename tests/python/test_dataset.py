@@ -44,6 +44,12 @@ def test_memory_layout_does_not_matter():
     assert np.array_equal(gtfdi.Dataset(base, base[:, 0], 1.0).u, base)
 
 
+def test_masked_samples_are_not_valid_samples():
+    masked = np.ma.masked_array([[1.0, 2.0], [3.0, 4.0]], mask=[[False, True], [False, False]])
+    expected = [[1.0, np.nan], [3.0, 4.0]]
+    assert np.array_equal(gtfdi.Dataset(masked, [0, 1], 1.0).u, expected, equal_nan=True)
+
+
 def test_the_record_owns_its_samples():
     u = np.zeros((3, 1))
     data = gtfdi.Dataset(u, u, 1.0)

@@ -52,6 +52,9 @@ def test_prop_residual_is_the_equation_error_through_the_poles(model, records):
     assert np.allclose(np.poly(placed), denominator, rtol=0.0, atol=1e-9)
     arrays = observer.residual(data.u, data.y)
     assert np.array_equal(arrays, residual)
+    copy = pickle.loads(pickle.dumps(observer))
+    assert copy == observer
+    assert copy.settle_samples == observer.settle_samples
 
 
 def test_prop_observer_of_the_true_system_sees_nothing(random_record):

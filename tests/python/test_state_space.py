@@ -68,6 +68,8 @@ def test_refusals():
         system.simulate(np.zeros((4, 2)))
     with pytest.raises(gtfdi.DimensionError, match=r"^rows of x0 \(states\): expected 1"):
         system.simulate(np.zeros((4, 1)), [1.0, 2.0])
+    with pytest.raises(gtfdi.OptionError, match="^option n: expected at most 1000000, found"):
+        system.markov_parameters(2**62)
 
 
 def test_published_vector_realises_canonically(vectors):

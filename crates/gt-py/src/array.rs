@@ -17,33 +17,47 @@ use serde::Serialize;
 use crate::error::Failure;
 
 /// A C-contiguous array of doubles: the argument itself where it is one, else a converted copy.
+/// The masked samples of a masked array become NaN, *no valid sample*.
 fn doubles<'py>(
     value: &Bound<'py, PyAny>,
     what: &str,
 ) -> Result<PyReadonlyArrayDyn<'py, f64>, Failure> {
-    if let Ok(array) = value.cast::<PyArrayDyn<f64>>()
+    let py = value.py();
+    let numpy = py.import("numpy")?;
+    let subclass = !value.is_exact_instance(&numpy.getattr("ndarray")?);
+    if !subclass
+        && let Ok(array) = value.cast::<PyArrayDyn<f64>>()
         && array.is_c_contiguous()
     {
         return array
             .try_readonly()
             .map_err(|error| PyErr::from(error).into());
     }
-    let py = value.py();
     let not_numbers = |found: String| Failure::NotNumbers {
         what: what.to_owned(),
         found,
     };
-    let numpy = py.import("numpy")?;
-    let array = numpy
-        .call_method1("asarray", (value,))
-        .map_err(|error| not_numbers(error.value(py).to_string()))?;
+    let masked = subclass && value.is_instance(&numpy.getattr("ma")?.getattr("MaskedArray")?)?;
+    let array = if masked {
+        value.clone()
+    } else {
+        numpy
+            .call_method1("asarray", (value,))
+            .map_err(|error| not_numbers(error.value(py).to_string()))?
+    };
     let dtype = array.getattr("dtype")?;
-    if !["f", "i", "u", "b"].contains(&dtype.getattr("kind")?.extract::<String>()?.as_str()) {
+    let kind: String = dtype.getattr("kind")?.extract()?;
+    if !["f", "i", "u", "b"].contains(&kind.as_str()) {
         return Err(not_numbers(format!("dtype {dtype}")));
     }
-    let options = PyDict::new(py);
-    options.set_item("dtype", "float64")?;
-    options.set_item("order", "C")?;
+    let array = if masked {
+        array
+            .call_method1("astype", ("float64",))?
+            .call_method1("filled", (f64::NAN,))?
+    } else {
+        array
+    };
+    let options = [("dtype", "float64"), ("order", "C")].into_py_dict(py)?;
     let array = numpy.call_method("asarray", (array,), Some(&options))?;
     let array = array.cast_into::<PyArrayDyn<f64>>().map_err(PyErr::from)?;
     array

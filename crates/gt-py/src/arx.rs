@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use gtfdi::core::Dataset;
-use gtfdi::ident::{Arx, ArxStructure, OrderKind, OrderTable, generic_indices, order_table};
+use gtfdi::ident::{Arx, ArxStructure, OrderKind, OrderTable, order_table};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -20,8 +20,10 @@ const AUTO_ORDERS: RangeInclusive<usize> = 1..=12;
 #[derive(FromPyObject, Clone)]
 pub enum Numbers {
     /// One for all.
+    #[pyo3(annotation = "int")]
     One(usize),
     /// One each.
+    #[pyo3(annotation = "list of int")]
     Many(Vec<usize>),
 }
 
@@ -38,10 +40,13 @@ impl From<Numbers> for Vec<usize> {
 #[derive(FromPyObject, Clone)]
 pub enum Order {
     /// An order.
+    #[pyo3(annotation = "int")]
     One(i64),
     /// The lowest and the highest order of a search.
+    #[pyo3(annotation = "tuple of two int")]
     Search((i64, i64)),
     /// `auto`.
+    #[pyo3(annotation = "\"auto\"")]
     Name(String),
 }
 
@@ -166,45 +171,33 @@ impl Options {
         };
         let nk = self.nk();
         let orders = self.order.as_ref().map(Order::read).transpose()?;
-        if kind == Kind::Canonical {
-            let feedthrough = feedthrough(&nk)?;
-            return match (&self.indices, orders) {
-                (Some(indices), _) => Ok(Wish::Structure(ArxStructure::Canonical {
-                    indices: indices.clone(),
-                    feedthrough,
-                })),
-                (None, Some(Orders::One(order))) => {
-                    let indices = generic_indices(order, outputs)?;
-                    Ok(Wish::Structure(ArxStructure::Canonical {
-                        indices,
-                        feedthrough,
-                    }))
-                }
-                (None, Some(Orders::Search(orders))) => Ok(Wish::Search(
-                    family(kind, nk)?,
-                    reachable(kind, &orders, outputs),
-                )),
-                (None, None) => refuse("structure", "order or indices with canonical", "na or nb"),
-            };
-        }
-        let build = |na: usize, nb: Vec<usize>, nk: Vec<usize>| {
-            Wish::Structure(match kind {
-                Kind::Diagonal => ArxStructure::Diagonal { na, nb, nk },
-                Kind::Full | Kind::Canonical => ArxStructure::Full { na, nb, nk },
-            })
-        };
-        match (orders, self.na, self.nb.clone()) {
-            // Order n: n output lags and input lags up to n, so n + 1 - nk of them.
-            (Some(Orders::One(order)), ..) => {
-                let lags = |nk: &usize| order.saturating_add(1).saturating_sub(*nk);
-                let nb = nk.iter().map(lags).collect();
-                Ok(build(order, nb, nk))
+        match (orders, &self.indices, self.na, self.nb.clone()) {
+            (Some(Orders::One(order)), ..) => Ok(Wish::Structure(
+                family(kind, nk)?.structure(order, outputs)?,
+            )),
+            (Some(Orders::Search(orders)), ..) => {
+                let orders = reachable(kind, &orders, outputs);
+                Ok(Wish::Search(family(kind, nk)?, orders))
             }
-            (Some(Orders::Search(orders)), ..) => Ok(Wish::Search(family(kind, nk)?, orders)),
-            (None, Some(na), Some(nb)) => Ok(build(na, nb.into(), nk)),
-            (None, Some(_), None) => refuse("nb", "nb beside na", "na alone"),
-            (None, None, Some(_)) => refuse("na", "na beside nb", "nb alone"),
-            (None, None, None) => refuse("structure", "canonical with indices", "full or diag"),
+            (None, Some(indices), ..) if kind == Kind::Canonical => {
+                Ok(Wish::Structure(ArxStructure::Canonical {
+                    indices: indices.clone(),
+                    feedthrough: feedthrough(&nk)?,
+                }))
+            }
+            (None, Some(_), ..) => refuse("structure", "canonical with indices", "full or diag"),
+            (None, None, Some(na), Some(nb)) => {
+                let nb = nb.into();
+                match kind {
+                    Kind::Canonical => {
+                        refuse("structure", "order or indices with canonical", "na and nb")
+                    }
+                    Kind::Full => Ok(Wish::Structure(ArxStructure::Full { na, nb, nk })),
+                    Kind::Diagonal => Ok(Wish::Structure(ArxStructure::Diagonal { na, nb, nk })),
+                }
+            }
+            (None, None, Some(_), None) => refuse("nb", "nb beside na", "na alone"),
+            (None, None, None, _) => refuse("na", "na beside nb", "nb alone"),
         }
     }
 
@@ -249,7 +242,8 @@ fn reachable(kind: Kind, orders: &RangeInclusive<usize>, outputs: usize) -> Rang
 ///
 /// Examples
 /// --------
-/// >>> model = gtfdi.Arx(order=2, nk=3).fit(u, y)
+/// >>> gtfdi.Arx(order=2, nk=0).fit(u, y).structure
+/// {'full': {'na': 2, 'nb': [3], 'nk': [0]}}
 #[pyclass(frozen, name = "Arx", module = "gtfdi")]
 pub struct PyArx {
     options: Options,
@@ -419,7 +413,7 @@ impl PyOrderTable {
 /// Examples
 /// --------
 /// >>> gtfdi.order_table(u, y, orders=(1, 12)).best["mdl"]
-/// 8
+/// 5
 #[pyfunction]
 #[pyo3(name = "order_table", signature = (u, y=None, orders=(1, 12), *, structure=None, nk=None,
     sample_time_s=None, inputs=None, outputs=None),

@@ -112,6 +112,8 @@ impl PyArxModel {
     /// Examples
     /// --------
     /// >>> error = y - model.predict(u, y)
+    /// >>> error.shape
+    /// (7500, 1)
     #[pyo3(signature = (u, y=None))]
     fn predict<'py>(
         &self,
@@ -140,9 +142,9 @@ impl PyArxModel {
     ///
     /// Examples
     /// --------
-    /// >>> run = model.simulate(u, y)
-    /// >>> run.diverged
-    /// False
+    /// >>> free = model.simulate(u, y)
+    /// >>> free.diverged, free.diverges_at
+    /// (False, [None])
     #[pyo3(signature = (u, y=None))]
     fn simulate<'py>(
         &self,
@@ -247,7 +249,9 @@ impl PyArxModel {
 /// An output, by position or name.
 #[derive(FromPyObject)]
 enum OutputKey {
+    #[pyo3(annotation = "int")]
     Index(usize),
+    #[pyo3(annotation = "str")]
     Name(String),
 }
 

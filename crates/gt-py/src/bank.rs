@@ -101,6 +101,7 @@ impl PyBank {
     /// Examples
     /// --------
     /// >>> bank.detect(run.measured).alarms
+    /// []
     #[pyo3(signature = (u, y=None))]
     fn detect(
         &self,
@@ -223,8 +224,10 @@ impl PyDetection {
 #[derive(FromPyObject)]
 pub enum Placement {
     /// For every output.
+    #[pyo3(annotation = "float or list of float")]
     Common(Poles),
     /// By tag; outputs that are not named keep the default.
+    #[pyo3(annotation = "dict")]
     ByTag(HashMap<String, Poles>),
 }
 
@@ -290,8 +293,8 @@ fn rule(
 ///
 /// Examples
 /// --------
-/// >>> bank = gtfdi.design(model, [healthy.measured], poles={"q_c": 0.7}, margin=1.2)
-/// >>> bank.save("bank.json")
+/// >>> healthy = [gtfdi.simulate(60.0, seed=seed).measured for seed in (2, 3)]
+/// >>> gtfdi.design(model, healthy, poles={"q_c": 0.7}, margin=1.2).save("bank.json")
 #[pyfunction]
 #[pyo3(signature = (model, healthy, *, poles=None, exceedance=None, margin=None, arl0_h=None,
     consecutive=None), text_signature = "(model, healthy, *, poles=0.5, exceedance=None, \

@@ -17,8 +17,10 @@ use crate::error::Failure;
 #[derive(FromPyObject)]
 pub enum Names {
     /// One.
+    #[pyo3(annotation = "str")]
     One(String),
     /// Several.
+    #[pyo3(annotation = "list of str")]
     Many(Vec<String>),
 }
 
@@ -39,7 +41,7 @@ impl From<Names> for Vec<String> {
 /// Parameters
 /// ----------
 /// u : array_like, shape (N, nu) or (N,)
-///     Inputs. NaN means *no valid sample*.
+///     Inputs. NaN, or a masked sample, means *no valid sample*.
 /// y : array_like, shape (N, ny) or (N,)
 ///     Outputs.
 /// sample_time_s : float
@@ -255,7 +257,8 @@ impl PyDataset {
 /// >>> gtfdi.read("run.mcap", inputs=["a_v", "M_f"], outputs="q_c", rows=(0, 500))
 /// Dataset(500 samples of 0.08 s, inputs: a_v, M_f, outputs: q_c)
 #[pyfunction]
-#[pyo3(signature = (path, *, inputs, outputs, time=None, sample_time_s=None, topic=None, rows=None))]
+#[pyo3(signature = (path, *, inputs, outputs, time=None, sample_time_s=None, topic=None,
+    rows=None))]
 #[allow(clippy::too_many_arguments)] // Python names them
 pub fn read(
     py: Python<'_>,

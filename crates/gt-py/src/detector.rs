@@ -88,9 +88,9 @@ impl PyDetector {
     /// Examples
     /// --------
     /// >>> detector = bank.detector()
-    /// >>> verdict = detector.step([0.0, 0.5], [1.0], t_s=0.0)
-    /// >>> verdict.alarm.any()
-    /// False
+    /// >>> verdict = detector.step(u[0], y[0], t_s=0.0)
+    /// >>> verdict.alarm, verdict.settling
+    /// (array([False]), array([ True]))
     #[pyo3(signature = (u, y, t_s=None))]
     fn step(
         &mut self,
@@ -123,7 +123,8 @@ impl PyDetector {
     ///
     /// Examples
     /// --------
-    /// >>> detector.process(run.measured).alarm.any(axis=0)
+    /// >>> bank.detector().process(run.measured).alarm.any(axis=0)
+    /// array([False])
     #[pyo3(signature = (u, y=None, t_s=None))]
     fn process(
         &mut self,

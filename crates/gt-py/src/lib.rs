@@ -6,6 +6,7 @@
 
 #![allow(
     clippy::doc_markdown,
+    clippy::doc_link_with_quotes,
     reason = "the docs are read by Python users, in numpydoc"
 )]
 #![allow(

@@ -4,9 +4,9 @@ use gtfdi::core::{OperatingPoint, StateSpace};
 use gtfdi::fdi::ResidualGenerator;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyType};
 
-use crate::array::{pair_out, vector};
+use crate::array::{json_text, pair_out, vector};
 use crate::arx_model::PyOutputModel;
 use crate::dataset::{Given, names};
 use crate::error::Failure;
@@ -16,8 +16,10 @@ use crate::state_space::PyStateSpace;
 #[derive(FromPyObject, Clone)]
 pub enum Poles {
     /// One for all.
+    #[pyo3(annotation = "float")]
     One(f64),
     /// One a state.
+    #[pyo3(annotation = "list of float")]
     Many(Vec<f64>),
 }
 
@@ -46,7 +48,8 @@ impl PyObserver {
     ///
     /// Examples
     /// --------
-    /// >>> residual = gtfdi.observer(model.output_model(0), poles=0.5).residual(u, y)
+    /// >>> gtfdi.observer(model.output_model(0), poles=0.5).residual(u, y).shape
+    /// (7500,)
     #[pyo3(signature = (u, y=None))]
     fn residual<'py>(
         &self,
@@ -93,6 +96,28 @@ impl PyObserver {
         pair_out(py, &point.u, &point.y)
     }
 
+    /// The observer as JSON.
+    fn to_json(&self) -> Result<String, Failure> {
+        json_text("observer", &self.inner)
+    }
+
+    /// An observer from the JSON that ``to_json`` gave; it is checked.
+    #[classmethod]
+    fn from_json(_class: &Bound<'_, PyType>, text: &str) -> Result<Self, Failure> {
+        let inner = serde_json::from_str(text).map_err(|cause| Failure::Json {
+            what: "observer",
+            cause,
+        })?;
+        Ok(Self { inner })
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<(Bound<'py, PyAny>, (String,)), Failure> {
+        Ok((
+            slf.get_type().getattr("from_json")?,
+            (slf.get().to_json()?,),
+        ))
+    }
+
     fn __repr__(&self) -> String {
         format!(
             "Observer(output: {}, inputs: {}, poles: {:?})",
@@ -107,8 +132,10 @@ impl PyObserver {
 #[derive(FromPyObject)]
 pub enum Model<'py> {
     /// A model of one output.
+    #[pyo3(annotation = "StateSpace")]
     StateSpace(Bound<'py, PyStateSpace>),
     /// A row of an ARX model, with its operating point.
+    #[pyo3(annotation = "OutputModel")]
     Output(Bound<'py, PyOutputModel>),
 }
 
@@ -140,7 +167,7 @@ pub enum Model<'py> {
 /// --------
 /// >>> observer = gtfdi.observer(model.output_model("q_c"), poles=0.7)
 /// >>> observer.settle_samples
-/// 67
+/// 109
 #[pyfunction]
 #[pyo3(signature = (model, poles, point=None))]
 pub fn observer(

@@ -10,6 +10,9 @@ use crate::array::{json_text, matrix, matrix_out, samples, samples_out, vector};
 use crate::dataset::{Names, names, signals};
 use crate::error::Failure;
 
+/// Most Markov parameters at once: more would ask for more memory than there is.
+const MOST_MARKOV_PARAMETERS: usize = 1_000_000;
+
 /// A discrete linear model ``x(t+1) = A x(t) + B u(t)``, ``y(t) = C x(t) + D u(t)``.
 ///
 /// Parameters
@@ -131,18 +134,26 @@ impl PyStateSpace {
         Ok(samples_out(py, y)?)
     }
 
-    /// The first ``n`` Markov parameters ``D, C B, C A B, ...``, an array (n, ny, nu).
+    /// The first ``n`` Markov parameters ``D, C B, C A B, ...``, an array (n, ny, nu); ``n`` is at
+    /// most a million.
     fn markov_parameters<'py>(
         &self,
         py: Python<'py>,
         n: usize,
-    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
-        let parameters = self.inner.markov_parameters(n);
+    ) -> Result<Bound<'py, PyArray3<f64>>, Failure> {
+        if n > MOST_MARKOV_PARAMETERS {
+            return Err(Failure::Option {
+                option: "n",
+                expected: format!("at most {MOST_MARKOV_PARAMETERS}"),
+                found: n.to_string(),
+            });
+        }
+        let parameters = py.detach(|| self.inner.markov_parameters(n));
         let values: Vec<f64> = parameters
             .iter()
             .flat_map(|each| each.transpose().as_slice().to_vec())
             .collect();
-        PyArray1::from_vec(py, values).reshape([n, self.inner.ny(), self.inner.nu()])
+        Ok(PyArray1::from_vec(py, values).reshape([n, self.inner.ny(), self.inner.nu()])?)
     }
 
     /// The model as JSON.

@@ -1,0 +1,78 @@
+"""The examples in the documentation run, and what is exported is documented and typed."""
+
+import ast
+import doctest
+import inspect
+
+import numpy as np
+import pytest
+
+import gtfdi
+
+PUBLIC = [name for name in gtfdi.__all__ if name != "__version__"]
+
+
+def documented():
+    """Every public object and method with an example."""
+    for name in PUBLIC:
+        thing = getattr(gtfdi, name)
+        members = vars(thing).items() if inspect.isclass(thing) else []
+        for label, each in [(name, thing), *((f"{name}.{key}", value) for key, value in members)]:
+            if ">>>" in (getattr(each, "__doc__", None) or ""):
+                yield label, each.__doc__
+
+
+@pytest.mark.parametrize(("label", "text"), list(documented()), ids=lambda value: value.split()[0])
+def test_example_runs(label, text, healthy, model, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    record = healthy.measured.select(["a_v", "M_f"], ["q_c"])
+    names = {
+        "np": np,
+        "gtfdi": gtfdi,
+        "u": record.u,
+        "y": record.y,
+        "run": healthy,
+        "model": model,
+        "bank": gtfdi.design(model, [record], margin=1.5),
+    }
+    test = doctest.DocTestParser().get_doctest(inspect.cleandoc(text), names, label, None, 0)
+    assert test.examples
+    report = []
+    result = doctest.DocTestRunner().run(test, out=report.append)
+    assert result.failed == 0, "".join(report)
+
+
+def test_everything_public_has_documentation():
+    for name in PUBLIC:
+        thing = getattr(gtfdi, name)
+        assert thing.__doc__, name
+        if not inspect.isclass(thing) or issubclass(thing, Exception):
+            continue
+        for key, member in vars(thing).items():
+            if not key.startswith("_"):
+                assert member.__doc__, f"{name}.{key}"
+
+
+def test_stubs_name_what_is_there(root):
+    stubs = ast.parse((root / "python" / "gtfdi" / "_gtfdi.pyi").read_text())
+    classes = {node.name: node for node in stubs.body if isinstance(node, ast.ClassDef)}
+    functions = {node.name for node in stubs.body if isinstance(node, ast.FunctionDef)}
+    for name in PUBLIC:
+        thing = getattr(gtfdi, name)
+        if not inspect.isclass(thing):
+            assert name in functions
+        elif not issubclass(thing, Exception):
+            body = classes[name].body
+            stubbed = {node.name for node in body if isinstance(node, ast.FunctionDef)}
+            there = {key for key in vars(thing) if not key.startswith("_")}
+            assert {key for key in stubbed if not key.startswith("_")} == there, name
+
+
+def test_exceptions_have_one_root():
+    for name in PUBLIC:
+        if name.endswith("Error"):
+            assert issubclass(getattr(gtfdi, name), gtfdi.GtfdiError)
+
+
+def test_version_is_that_of_the_workspace(root):
+    assert f'version = "{gtfdi.__version__}"' in (root / "Cargo.toml").read_text()
