@@ -1,9 +1,33 @@
 from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
-from typing import Any, Literal, TypeAlias, TypedDict
+from typing import Any, Literal, TypeAlias, TypedDict, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "Arx",
+    "ArxModel",
+    "Bank",
+    "Dataset",
+    "Detection",
+    "Detector",
+    "FreeRun",
+    "Observer",
+    "OrderTable",
+    "OutputModel",
+    "Run",
+    "StateSpace",
+    "Verdict",
+    "VerdictSeries",
+    "__version__",
+    "arx",
+    "design",
+    "observer",
+    "order_table",
+    "read",
+    "simulate",
+]
 
 __version__: str
 
@@ -78,9 +102,10 @@ class _OutputDetector(TypedDict):
     settle_samples: int
     false_alarms: _FalseAlarms
 
+@final
 class Dataset:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         u: ArrayLike,
         y: ArrayLike,
         sample_time_s: float,
@@ -89,7 +114,7 @@ class Dataset:
         input_units: _Names | None = None,
         output_units: _Names | None = None,
         start_time_s: float = 0.0,
-    ) -> None: ...
+    ) -> Dataset: ...
     @property
     def u(self) -> _Doubles: ...
     @property
@@ -110,11 +135,12 @@ class Dataset:
     def start_time_s(self) -> float: ...
     def select(self, inputs: _Names, outputs: _Names) -> Dataset: ...
     def __len__(self) -> int: ...
-    def __getitem__(self, rows: slice) -> Dataset: ...
+    def __getitem__(self, rows: slice, /) -> Dataset: ...
 
 _Healthy: TypeAlias = Dataset | tuple[ArrayLike, ArrayLike]
 _Record: TypeAlias = Dataset | ArrayLike | tuple[ArrayLike, ArrayLike]
 
+@final
 class Run:
     @property
     def truth(self) -> Dataset: ...
@@ -133,9 +159,10 @@ class Run:
     def write(self, path: _Path) -> None: ...
     def __len__(self) -> int: ...
 
+@final
 class StateSpace:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         A: ArrayLike,
         B: ArrayLike,
         C: ArrayLike,
@@ -143,7 +170,7 @@ class StateSpace:
         dt: float,
         inputs: _Names | None = None,
         outputs: _Names | None = None,
-    ) -> None: ...
+    ) -> StateSpace: ...
     @property
     def A(self) -> _Doubles: ...
     @property
@@ -165,12 +192,14 @@ class StateSpace:
     @classmethod
     def from_json(cls, text: str) -> StateSpace: ...
 
+@final
 class OutputModel:
     @property
     def model(self) -> StateSpace: ...
     @property
     def point(self) -> _Point: ...
 
+@final
 class FreeRun:
     @property
     def y(self) -> _Doubles: ...
@@ -179,6 +208,7 @@ class FreeRun:
     @property
     def diverged(self) -> bool: ...
 
+@final
 class ArxModel:
     @property
     def inputs(self) -> list[str]: ...
@@ -213,9 +243,10 @@ class ArxModel:
     @classmethod
     def from_json(cls, text: str) -> ArxModel: ...
 
+@final
 class Arx:
-    def __init__(
-        self,
+    def __new__(
+        cls,
         *,
         order: int | tuple[int, int] | Literal["auto"] | None = None,
         na: int | None = None,
@@ -223,7 +254,7 @@ class Arx:
         nk: _Numbers = 1,
         indices: Sequence[int] | None = None,
         structure: _Structure | None = None,
-    ) -> None: ...
+    ) -> Arx: ...
     def fit(
         self,
         u: _Record,
@@ -234,15 +265,17 @@ class Arx:
         outputs: _Names | None = None,
     ) -> ArxModel: ...
 
+@final
 class OrderTable:
     @property
     def window_rows(self) -> int: ...
     @property
     def best(self) -> _BestOrder: ...
     def __len__(self) -> int: ...
-    def __getitem__(self, index: int) -> _OrderRow: ...
     def __iter__(self) -> Iterator[_OrderRow]: ...
+    def __getitem__(self, index: int, /) -> _OrderRow: ...
 
+@final
 class Observer:
     def residual(self, u: _Record, y: ArrayLike | None = None) -> _Doubles: ...
     @property
@@ -259,6 +292,7 @@ class Observer:
     @classmethod
     def from_json(cls, text: str) -> Observer: ...
 
+@final
 class Detection:
     @property
     def time_s(self) -> _Doubles: ...
@@ -271,6 +305,7 @@ class Detection:
     @property
     def share_above_limit(self) -> _Doubles: ...
 
+@final
 class Bank:
     @property
     def name(self) -> str: ...
@@ -291,6 +326,7 @@ class Bank:
     @classmethod
     def from_json(cls, text: str) -> Bank: ...
 
+@final
 class Detector:
     @property
     def inputs(self) -> list[str]: ...
@@ -304,6 +340,7 @@ class Detector:
     ) -> VerdictSeries: ...
     def reset(self) -> None: ...
 
+@final
 class Verdict:
     @property
     def outputs(self) -> list[str]: ...
@@ -326,6 +363,7 @@ class Verdict:
     @property
     def settling(self) -> _Flags: ...
 
+@final
 class VerdictSeries:
     @property
     def outputs(self) -> list[str]: ...

@@ -6,7 +6,7 @@ use gtfdi::core::Dataset;
 use gtfdi::ident::{Arx, ArxStructure, OrderKind, OrderTable, order_table};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyIterator};
 
 use crate::array::json_out;
 use crate::arx_model::PyArxModel;
@@ -372,6 +372,10 @@ impl PyOrderTable {
         best.set_item("mdl", self.inner.best_mdl())?;
         best.set_item("fpe", self.inner.best_fpe())?;
         Ok(best)
+    }
+
+    fn __iter__<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyIterator>, Failure> {
+        Ok(json_out(py, "order table", &self.inner.rows)?.try_iter()?)
     }
 
     fn __len__(&self) -> usize {
