@@ -1,5 +1,7 @@
 //! Who may import whom: the arrows of ARCHITECTURE.md, checked against `cargo metadata`.
 
+#![allow(clippy::expect_used, reason = "helpers of tests")]
+
 use std::collections::{BTreeMap, BTreeSet};
 
 use cargo_metadata::{DependencyKind, MetadataCommand};
