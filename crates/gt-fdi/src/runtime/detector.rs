@@ -106,8 +106,6 @@ pub(crate) struct Channel {
     settle_samples: usize,
     /// Corrected samples still to come before the residual is judged.
     settling_left: usize,
-    /// Samples in a row without a valid output.
-    missing: usize,
     run: ExceedanceRun,
 }
 
@@ -126,7 +124,6 @@ impl Channel {
             consecutive,
             settle_samples,
             settling_left,
-            missing: 0,
             run,
         }
     }
@@ -134,7 +131,6 @@ impl Channel {
     fn restart(&mut self) {
         self.generator.reset();
         self.settle_again();
-        self.missing = 0;
     }
 
     fn settle_again(&mut self) {
@@ -145,7 +141,6 @@ impl Channel {
     fn step(&mut self, time_s: f64, u: &[f64], y: f64) -> ChannelVerdict {
         match self.generator.step(u, y) {
             Update::Residual(residual) => {
-                self.missing = 0;
                 let settling = self.settling_left > 0;
                 if settling {
                     self.settling_left -= 1;
@@ -166,11 +161,7 @@ impl Channel {
                 }
             }
             Update::NoOutput => {
-                self.missing = self.missing.saturating_add(1);
-                self.run.clear();
-                if self.missing >= self.settle_samples {
-                    self.settle_again();
-                }
+                self.settle_again();
                 ChannelVerdict {
                     settling: self.settling_left > 0,
                     ..ChannelVerdict::NONE
@@ -194,9 +185,9 @@ impl Channel {
 /// - **Start.** Alarms are inhibited for the first `settle_samples` of each generator: its
 ///   residual is reported with `settling`, and not judged.
 /// - **Output not finite.** Its generator predicts without a correction (`x+ = A x + B u`): the
-///   residual is NaN and the run above the limit ends. After `settle_samples` such samples in a row
-///   the generator settles again, because its first residuals are then errors of simulation, not
-///   of prediction, for which the limit was not set.
+///   residual is NaN, the run above the limit ends and the generator settles again. A residual is
+///   coloured, so even one correction left out leaves an error in the state that the limit was not
+///   set for, often many times the limit.
 /// - **Input not finite.** The generators that read it go back to their initial state and settle
 ///   again: a held or invented input would show as a fault of the output.
 /// - **A gap in time** (more than 1.5 sample times): every generator starts afresh and settles.

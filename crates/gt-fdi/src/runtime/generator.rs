@@ -7,6 +7,9 @@ use alloc::vec::Vec;
 /// the state: half of the range of doubles, so that no product with a sane gain overflows.
 const LARGEST_CORRECTION: f64 = 1e150;
 
+/// Rows of a state equation that are summed side by side, so that no sum waits for another.
+const LANES: usize = 8;
+
 /// The numbers of a generator, matrices row by row; `nx` states, `nu` inputs, one output.
 pub(crate) struct Matrices {
     /// `A (nx x nx)` of the model.
@@ -44,20 +47,21 @@ pub(crate) enum Update {
 /// `x+ = (A - K C) x + (B - K D)(u - u0) + K (y - y0)`, which is the paper's eq. 22.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Generator {
-    a: Vec<f64>,
-    b: Vec<f64>,
-    closed_a: Vec<f64>,
-    closed_b: Vec<f64>,
-    gain: Vec<f64>,
+    /// `[B, 0, A]`, without a correction.
+    open: Blocks,
+    /// `[B - K D, K, A - K C]`.
+    closed: Blocks,
     c: Vec<f64>,
     d: Vec<f64>,
     u0: Vec<f64>,
     y0: f64,
     /// Where each input stands in the vector given to `step`.
     places: Vec<usize>,
+    /// The state, and zeros up to a multiple of [`LANES`].
     x: Vec<f64>,
     next: Vec<f64>,
-    du: Vec<f64>,
+    /// The deviations of the inputs and of the output (nu + 1).
+    deviations: Vec<f64>,
 }
 
 impl Generator {
@@ -76,20 +80,20 @@ impl Generator {
             y0,
         } = matrices;
         let (nx, nu) = (gain.len(), u0.len());
+        let open = Blocks::new([&b, &vec![0.0; nx], &a], [nu, 1, nx], nx);
+        let closed = Blocks::new([&closed_b, &gain, &closed_a], [nu, 1, nx], nx);
+        let padded = nx.next_multiple_of(LANES);
         Self {
-            a,
-            b,
-            closed_a,
-            closed_b,
-            gain,
+            open,
+            closed,
             c,
             d,
             u0,
             y0,
             places,
-            x: vec![0.0; nx],
-            next: vec![0.0; nx],
-            du: vec![0.0; nu],
+            x: vec![0.0; padded],
+            next: vec![0.0; padded],
+            deviations: vec![0.0; nu + 1],
         }
     }
 
@@ -100,12 +104,16 @@ impl Generator {
 
     /// Takes one sample: all inputs `u`, of which this generator reads its own, and its output.
     pub(crate) fn step(&mut self, u: &[f64], y: f64) -> Update {
-        for ((du, &place), u0) in self.du.iter_mut().zip(&self.places).zip(&self.u0) {
+        let (dy, du) = match self.deviations.split_last_mut() {
+            Some(parts) => parts,
+            None => return Update::Restarted, // there is always the output
+        };
+        for ((du, &place), u0) in du.iter_mut().zip(&self.places).zip(&self.u0) {
             // A place outside `u` cannot happen (the detector checks the size); NaN is the answer
             // that would be safe if it did.
             *du = u.get(place).copied().unwrap_or(f64::NAN) - u0;
         }
-        if !all_finite(&self.du) {
+        if !all_finite(du) {
             self.reset();
             return Update::Restarted;
         }
@@ -116,22 +124,14 @@ impl Generator {
                 Update::Restarted
             };
         }
-        let dy = y - self.y0;
-        let residual = dy - dot(&self.c, &self.x) - dot(&self.d, &self.du);
+        *dy = y - self.y0;
+        let residual = *dy - dot(&self.c, &self.x) - dot(&self.d, du);
         if !residual.is_finite() {
             self.reset();
             return Update::Restarted;
         }
         if dy.abs() <= LARGEST_CORRECTION {
-            let gains = self.gain.iter().map(|gain| gain * dy);
-            advance(
-                &self.closed_a,
-                &self.x,
-                &self.closed_b,
-                &self.du,
-                gains,
-                &mut self.next,
-            );
+            self.closed.times(&self.deviations, &self.x, &mut self.next);
             if all_finite(&self.next) {
                 core::mem::swap(&mut self.x, &mut self.next);
                 return Update::Residual(residual);
@@ -146,8 +146,10 @@ impl Generator {
 
     /// `x+ = A x + B (u - u0)`, without a correction; resets and says `false` on overflow.
     fn predict(&mut self) -> bool {
-        let none = self.gain.iter().map(|_| 0.0);
-        advance(&self.a, &self.x, &self.b, &self.du, none, &mut self.next);
+        if let Some(dy) = self.deviations.last_mut() {
+            *dy = 0.0;
+        }
+        self.open.times(&self.deviations, &self.x, &mut self.next);
         let finite = all_finite(&self.next);
         if finite {
             core::mem::swap(&mut self.x, &mut self.next);
@@ -158,20 +160,55 @@ impl Generator {
     }
 }
 
-/// `next = A x + B u + w`, in this order of additions.
-fn advance(
-    a: &[f64],
-    x: &[f64],
-    b: &[f64],
-    u: &[f64],
-    w: impl Iterator<Item = f64>,
-    next: &mut [f64],
-) {
-    let (nx, nu) = (x.len(), u.len());
-    for (row, (next, w)) in next.iter_mut().zip(w).enumerate() {
-        let of_state = dot(&a[row * nx..(row + 1) * nx], x);
-        let of_input = dot(&b[row * nu..(row + 1) * nu], u);
-        *next = of_state + of_input + w;
+/// A matrix in blocks of [`LANES`] rows, each block column by column, zeros below the last row:
+/// a product adds whole columns, and a row's terms in the order of the columns.
+#[derive(Debug, Clone, PartialEq)]
+struct Blocks {
+    columns: usize,
+    values: Vec<[f64; LANES]>,
+}
+
+impl Blocks {
+    /// The matrix with `parts` side by side, each row by row and `widths` wide.
+    fn new(parts: [&[f64]; 3], widths: [usize; 3], rows: usize) -> Self {
+        let columns = widths.iter().sum();
+        let mut values = Vec::with_capacity(rows.div_ceil(LANES) * columns);
+        for first in (0..rows).step_by(LANES) {
+            for (part, width) in parts.into_iter().zip(widths) {
+                for column in 0..width {
+                    values.push(core::array::from_fn(|lane| {
+                        let row = first + lane;
+                        if row < rows {
+                            part[row * width + column]
+                        } else {
+                            0.0
+                        }
+                    }));
+                }
+            }
+        }
+        Self { columns, values }
+    }
+
+    /// `next = matrix [known; x]`; `known` comes first because the sums can begin with it while
+    /// `x` is still being computed.
+    fn times(&self, known: &[f64], x: &[f64], next: &mut [f64]) {
+        let blocks = self.values.chunks_exact(self.columns);
+        for (block, next) in blocks.zip(next.chunks_exact_mut(LANES)) {
+            let (of_known, of_state) = block.split_at(known.len());
+            let mut sums = [0.0; LANES];
+            add_columns(&mut sums, of_known, known);
+            add_columns(&mut sums, of_state, x);
+            next.copy_from_slice(&sums);
+        }
+    }
+}
+
+fn add_columns(sums: &mut [f64; LANES], columns: &[[f64; LANES]], factors: &[f64]) {
+    for (column, factor) in columns.iter().zip(factors) {
+        for (sum, value) in sums.iter_mut().zip(column) {
+            *sum += value * factor;
+        }
     }
 }
 
@@ -181,6 +218,9 @@ fn dot(left: &[f64], right: &[f64]) -> f64 {
         .fold(0.0, |sum, (left, right)| sum + left * right)
 }
 
+/// Looks at all values, which costs less than stopping early.
 fn all_finite(values: &[f64]) -> bool {
-    values.iter().all(|value| value.is_finite())
+    values
+        .iter()
+        .fold(true, |finite, value| finite & value.is_finite())
 }
