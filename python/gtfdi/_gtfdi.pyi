@@ -440,7 +440,7 @@ def design(
     model: ArxModel,
     healthy: Sequence[_Healthy],
     *,
-    poles: _Poles | Mapping[str, _Poles] = 0.5,
+    poles: _Poles | Mapping[str, _Poles] | None = None,
     exceedance: float | None = None,
     margin: float | None = None,
     arl0_h: float | None = None,

@@ -114,6 +114,12 @@ pub fn observer_pole(tag: &str) -> Option<f64> {
         .observer_pole
 }
 
+/// The pole of every state of an observer where nobody says one: the paper's for the outputs that it
+/// watches, halfway between dead beat and no correction for any other tag.
+pub fn default_pole(tag: &str) -> f64 {
+    observer_pole(tag).unwrap_or(0.5)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

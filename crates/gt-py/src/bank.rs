@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use gt_campaign::paper;
 use gt_log::{read_json, write_json};
 use gtfdi::core::{Dataset, Signal, index_of};
 use gtfdi::fdi::{
@@ -231,9 +232,6 @@ pub enum Placement {
     ByTag(HashMap<String, Poles>),
 }
 
-/// The pole of every state where the caller does not say one.
-const DEFAULT_POLE: f64 = 0.5;
-
 fn rule(
     exceedance: Option<f64>,
     margin: Option<f64>,
@@ -242,9 +240,13 @@ fn rule(
 ) -> Result<ThresholdRule, Failure> {
     let given = |default: usize| consecutive.unwrap_or(default);
     match (exceedance, margin, arl0_h) {
-        (share, None, None) => Ok(ThresholdRule::Exceedance {
-            share: share.unwrap_or(0.01),
+        (Some(share), None, None) => Ok(ThresholdRule::Exceedance {
+            share,
             consecutive: given(6),
+        }),
+        (None, None, None) => Ok(ThresholdRule::Margin {
+            factor: ThresholdRule::DEFAULT_MARGIN,
+            consecutive: given(1),
         }),
         (None, Some(factor), None) => Ok(ThresholdRule::Margin {
             factor,
@@ -271,12 +273,13 @@ fn rule(
 ///     The model.
 /// healthy : list of Dataset, or of tuples (u, y)
 ///     Healthy records; tuples have the model's channels and sample time.
-/// poles : float, list of float or dict, default 0.5
-///     One pole for all states, one a state, or either by tag.
+/// poles : float, list of float or dict, optional
+///     One pole for all states, one a state, or either by tag. By default the paper's 0.7, 0.3,
+///     0.4, 0.4 for q_c, t3, p7, m9 and 0.5 for any other tag.
 /// exceedance : float, optional
-///     Limit by the share of healthy samples above it; 0.01 where no rule is given.
+///     Limit by the share of healthy samples above it.
 /// margin : float, optional
-///     Limit as a multiple of the largest healthy residual.
+///     Limit as a multiple of the largest healthy residual; 1.2 where no rule is given.
 /// arl0_h : float, optional
 ///     Limit by the mean time between false alarms in hours.
 /// consecutive : int, optional
@@ -297,7 +300,7 @@ fn rule(
 /// >>> gtfdi.design(model, healthy, poles={"q_c": 0.7}, margin=1.2).save("bank.json")
 #[pyfunction]
 #[pyo3(signature = (model, healthy, *, poles=None, exceedance=None, margin=None, arl0_h=None,
-    consecutive=None), text_signature = "(model, healthy, *, poles=0.5, exceedance=None, \
+    consecutive=None), text_signature = "(model, healthy, *, poles=None, exceedance=None, \
     margin=None, arl0_h=None, consecutive=None)")]
 #[allow(clippy::too_many_arguments)] // Python names them
 pub fn design(
@@ -335,7 +338,7 @@ pub fn design(
                 Some(Placement::ByTag(by_tag)) => by_tag.get(&output.name),
                 None => None,
             };
-            let places = places.map_or_else(|| vec![DEFAULT_POLE; nx], |poles| poles.of(nx));
+            let places = places.map_or_else(|| vec![paper::default_pole(&output.name); nx], |poles| poles.of(nx));
             let generator = ResidualGenerator::observer(part.model, part.point, &places)?;
             detectors.push(OutputDetector::calibrate(generator, &healthy, rule)?);
         }

@@ -20,15 +20,16 @@ const TICKS: f64 = 6.0;
 /// The rules a chart needs, for stand-alone files and for the page alike.
 pub const STYLE: &str = "\
 .chart{font:12px system-ui,-apple-system,'Segoe UI',sans-serif;--ink:#1d2733;--soft:#66717f;\
---grid:#dde3ea;--s0:#0b62a8;--s1:#c2510a;--s2:#0b7a55;--s3:#a2387d;--mark:#b3261e}\
+--grid:#dde3ea;--s0:#0b62a8;--s1:#c2510a;--s2:#0b7a55;--s3:#a2387d;--mark:#b3261e;--halo:#fff}\
 @media(prefers-color-scheme:dark){.chart{--ink:#e6ebf1;--soft:#9aa7b5;--grid:#2c3642;\
---s0:#6bb5f2;--s1:#f2a067;--s2:#5fcaa0;--s3:#e391c6;--mark:#ff8a80}}\
+--s0:#6bb5f2;--s1:#f2a067;--s2:#5fcaa0;--s3:#e391c6;--mark:#ff8a80;--halo:#12171d}}\
 .chart text{fill:var(--soft)}.chart .title{fill:var(--ink);font-weight:600;font-size:13px}\
 .chart .grid{stroke:var(--grid)}.chart .axis{stroke:var(--soft)}\
 .chart .line{fill:none;stroke-width:1.4;stroke-linejoin:round}\
 .chart .c0{stroke:var(--s0)}.chart .c1{stroke:var(--s1)}.chart .c2{stroke:var(--s2)}\
 .chart .c3{stroke:var(--s3)}.chart .limit{stroke:var(--mark);stroke-dasharray:5 4}\
-.chart .mark{stroke:var(--mark)}.chart .marktext{fill:var(--mark)}\
+.chart .mark{stroke:var(--mark)}.chart .marktext{fill:var(--mark);stroke:var(--halo);\
+stroke-width:4px;paint-order:stroke}\
 .chart .dashed{stroke-dasharray:4 3}";
 
 /// One curve.

@@ -23,7 +23,8 @@ th,td{padding:.25rem .7rem;text-align:right;white-space:nowrap}\
 th:first-child,td:first-child{text-align:left}thead th{border-bottom:2px solid var(--rule);\
 font-weight:600}tbody tr:nth-child(even){background:var(--band)}\
 .good{color:var(--good)}.bad{color:var(--bad)}figure{margin:1rem 0}figure svg{width:100%;\
-height:auto;display:block}.facts{display:grid;grid-template-columns:repeat(auto-fit,\
+min-width:34rem;height:auto;display:block}.shade{background:color-mix(in srgb,var(--accent) \
+var(--share),transparent)}.facts{display:grid;grid-template-columns:repeat(auto-fit,\
 minmax(13rem,1fr));gap:.8rem;margin:1.2rem 0;padding:0;list-style:none}\
 .facts li{background:var(--band);border-radius:.5rem;padding:.7rem .9rem}\
 .facts b{display:block;font-size:1.35rem;font-variant-numeric:tabular-nums}\
@@ -31,7 +32,7 @@ footer{margin-top:3rem;font-size:.85rem;border-top:1px solid var(--rule);padding
 @media print{nav{display:none}h2{break-after:avoid}figure,table{break-inside:avoid}}";
 
 /// How a cell is coloured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tone {
     /// No judgement.
     Plain,
@@ -39,6 +40,8 @@ pub enum Tone {
     Good,
     /// Outside its limit.
     Bad,
+    /// A share between 0 and 1, as depth of colour.
+    Shade(f64),
 }
 
 /// A table cell.
@@ -62,6 +65,32 @@ impl Cell {
         Self {
             text: text.into(),
             tone: if met { Tone::Good } else { Tone::Bad },
+        }
+    }
+
+    /// A cell whose background deepens with `share`, from 0 to 1.
+    pub fn shaded(text: impl Into<String>, share: f64) -> Self {
+        Self {
+            text: text.into(),
+            tone: Tone::Shade(share),
+        }
+    }
+}
+
+impl Tone {
+    /// The attributes of the cell's element.
+    fn attributes(self) -> String {
+        match self {
+            Self::Plain => String::new(),
+            Self::Good => " class=\"good\"".to_owned(),
+            Self::Bad => " class=\"bad\"".to_owned(),
+            // Half the accent at most, so that the number stays readable on it.
+            Self::Shade(share) => {
+                format!(
+                    " class=\"shade\" style=\"--share:{:.0}%\"",
+                    50.0 * share.clamp(0.0, 1.0)
+                )
+            }
         }
     }
 }
@@ -136,12 +165,8 @@ impl Page {
         for row in rows {
             self.body.push_str("<tr>");
             for cell in row {
-                let class = match cell.tone {
-                    Tone::Plain => "",
-                    Tone::Good => " class=\"good\"",
-                    Tone::Bad => " class=\"bad\"",
-                };
-                let _ = write!(self.body, "<td{class}>{}</td>", escape(&cell.text));
+                let attributes = cell.tone.attributes();
+                let _ = write!(self.body, "<td{attributes}>{}</td>", escape(&cell.text));
             }
             self.body.push_str("</tr>");
         }
@@ -152,7 +177,7 @@ impl Page {
     pub fn figure(&mut self, chart: &Chart, caption: &str) {
         let _ = write!(
             self.body,
-            "<figure>{}<figcaption class=\"note\">{} (<a href=\"figures/{id}.svg\">SVG</a>, <a \
+            "<figure><div class=\"scroll\">{}</div><figcaption class=\"note\">{} (<a href=\"figures/{id}.svg\">SVG</a>, <a \
              href=\"figures/{id}.csv\">CSV</a>)</figcaption></figure>",
             chart.inline(),
             escape(caption),

@@ -11,7 +11,7 @@ use crate::error::{CampaignError, During as _};
 use crate::paper;
 
 /// A residual above this multiple of the largest healthy one is an alarm.
-pub const MARGIN: f64 = 1.2;
+pub const MARGIN: f64 = ThresholdRule::DEFAULT_MARGIN;
 
 /// How the thresholds are set, for whoever reads the numbers.
 pub fn observers_definition() -> String {

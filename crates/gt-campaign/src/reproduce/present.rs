@@ -103,8 +103,13 @@ impl Tables {
         self.table3
             .iter()
             .map(|row| {
-                let variable = format!("{} [{}]", row.variable, row.unit);
-                let error = format!("{:+.2}", row.error_percent);
+                let variable = if row.unit.is_empty() {
+                    row.variable.clone()
+                } else {
+                    format!("{} [{}]", row.variable, row.unit)
+                };
+                // Adding zero turns a rounded -0 into 0.
+                let error = format!("{:+.2}", (100.0 * row.error_percent).round() / 100.0 + 0.0);
                 vec![variable, digits(row.paper, 6), digits(row.model, 6), error]
             })
             .collect()
@@ -270,7 +275,7 @@ impl Reproduction {
         );
         self.summary(&mut page);
 
-        page.section("table3", "Table 3: steady state");
+        page.section("table3", "Steady state (Table 3)");
         let rows: Vec<Vec<Cell>> = tables
             .table3
             .iter()
@@ -290,7 +295,7 @@ impl Reproduction {
         );
         self.figures_of(&mut page, "record_");
 
-        page.section("table6", "Tables 5 and 6: models");
+        page.section("table6", "Models (Tables 5 and 6)");
         let rows: Vec<Vec<Cell>> = tables
             .table6
             .iter()
@@ -312,25 +317,31 @@ impl Reproduction {
         page.note(&tables.table6_definition);
         self.figures_of(&mut page, "free_run_");
 
-        page.section("table9", "Table 9: signatures");
+        page.section("table9", "Signatures (Table 9)");
         page.paragraph(TABLE9_NOTE);
         for (what, all) in [
             ("free-run residuals", &tables.table9),
             ("observers", &tables.table9_observers),
         ] {
             for table in all {
-                page.heading(&format!("{what}, {} maps", table.map_set));
+                let verdict = if table.diagonal {
+                    "every residual peaks at its own fault"
+                } else {
+                    "not every residual peaks at its own fault"
+                };
+                page.heading(&format!("{what}, {} maps: {verdict}", table.map_set));
                 let mut head = vec!["fault"];
                 head.extend(table.columns.iter().map(String::as_str));
                 let rows: Vec<Vec<Cell>> = signature_cells(table)
                     .into_iter()
-                    .enumerate()
-                    .map(|(case, cells)| {
-                        let own = table.matrix[case][case] >= 1.0;
-                        let judgements: Vec<Option<bool>> = (0..cells.len())
-                            .map(|column| (column == case + 1).then_some(own))
-                            .collect();
-                        judged(cells, &judgements)
+                    .zip(&table.matrix)
+                    .map(|(cells, shares)| {
+                        let mut cells = cells.into_iter();
+                        let name = cells.next().map(Cell::plain);
+                        let entries = cells
+                            .zip(shares)
+                            .map(|(text, share)| Cell::shaded(text, *share));
+                        name.into_iter().chain(entries).collect()
                     })
                     .collect();
                 page.table(&head, &rows);

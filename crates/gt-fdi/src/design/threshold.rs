@@ -38,6 +38,11 @@ pub enum ThresholdRule {
 }
 
 impl ThresholdRule {
+    /// The margin above the largest healthy residual where nobody asks for a rule: residuals of
+    /// identified models are coloured, so a limit by the share of samples above it would alarm
+    /// many times an hour.
+    pub const DEFAULT_MARGIN: f64 = 1.2;
+
     /// Samples above the limit in a row that make an alarm.
     pub fn consecutive(&self) -> usize {
         match *self {

@@ -57,9 +57,9 @@ pub(crate) struct Generator {
     y0: f64,
     /// Where each input stands in the vector given to `step`.
     places: Vec<usize>,
-    /// The state, and zeros up to a multiple of [`LANES`].
-    x: Vec<f64>,
-    next: Vec<f64>,
+    /// The state in blocks of [`LANES`], the last one filled up with zeros.
+    x: Vec<[f64; LANES]>,
+    next: Vec<[f64; LANES]>,
     /// The deviations of the inputs and of the output (nu + 1).
     deviations: Vec<f64>,
 }
@@ -82,7 +82,7 @@ impl Generator {
         let (nx, nu) = (gain.len(), u0.len());
         let open = Blocks::new([&b, &vec![0.0; nx], &a], [nu, 1, nx], nx);
         let closed = Blocks::new([&closed_b, &gain, &closed_a], [nu, 1, nx], nx);
-        let padded = nx.next_multiple_of(LANES);
+        let blocks = nx.div_ceil(LANES);
         Self {
             open,
             closed,
@@ -91,22 +91,22 @@ impl Generator {
             u0,
             y0,
             places,
-            x: vec![0.0; padded],
-            next: vec![0.0; padded],
+            x: vec![[0.0; LANES]; blocks],
+            next: vec![[0.0; LANES]; blocks],
             deviations: vec![0.0; nu + 1],
         }
     }
 
     /// Back to rest at the operating point.
     pub(crate) fn reset(&mut self) {
-        self.x.fill(0.0);
+        self.x.fill([0.0; LANES]);
     }
 
     /// Takes one sample: all inputs `u`, of which this generator reads its own, and its output.
     pub(crate) fn step(&mut self, u: &[f64], y: f64) -> Update {
-        let (dy, du) = match self.deviations.split_last_mut() {
-            Some(parts) => parts,
-            None => return Update::Restarted, // there is always the output
+        // There is always a place for the output.
+        let Some((dy, du)) = self.deviations.split_last_mut() else {
+            return Update::Restarted;
         };
         for ((du, &place), u0) in du.iter_mut().zip(&self.places).zip(&self.u0) {
             // A place outside `u` cannot happen (the detector checks the size); NaN is the answer
@@ -125,14 +125,14 @@ impl Generator {
             };
         }
         *dy = y - self.y0;
-        let residual = *dy - dot(&self.c, &self.x) - dot(&self.d, du);
+        let residual = *dy - dot(&self.c, self.x.as_flattened()) - dot(&self.d, du);
         if !residual.is_finite() {
             self.reset();
             return Update::Restarted;
         }
         if dy.abs() <= LARGEST_CORRECTION {
             self.closed.times(&self.deviations, &self.x, &mut self.next);
-            if all_finite(&self.next) {
+            if all_finite(self.next.as_flattened()) {
                 core::mem::swap(&mut self.x, &mut self.next);
                 return Update::Residual(residual);
             }
@@ -150,7 +150,7 @@ impl Generator {
             *dy = 0.0;
         }
         self.open.times(&self.deviations, &self.x, &mut self.next);
-        let finite = all_finite(&self.next);
+        let finite = all_finite(self.next.as_flattened());
         if finite {
             core::mem::swap(&mut self.x, &mut self.next);
         } else {
@@ -192,14 +192,14 @@ impl Blocks {
 
     /// `next = matrix [known; x]`; `known` comes first because the sums can begin with it while
     /// `x` is still being computed.
-    fn times(&self, known: &[f64], x: &[f64], next: &mut [f64]) {
+    fn times(&self, known: &[f64], x: &[[f64; LANES]], next: &mut [[f64; LANES]]) {
         let blocks = self.values.chunks_exact(self.columns);
-        for (block, next) in blocks.zip(next.chunks_exact_mut(LANES)) {
+        for (block, next) in blocks.zip(next) {
             let (of_known, of_state) = block.split_at(known.len());
             let mut sums = [0.0; LANES];
             add_columns(&mut sums, of_known, known);
-            add_columns(&mut sums, of_state, x);
-            next.copy_from_slice(&sums);
+            add_columns(&mut sums, of_state, x.as_flattened());
+            *next = sums;
         }
     }
 }
