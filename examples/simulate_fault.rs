@@ -1,4 +1,4 @@
-//! Runs the turbine with a damaged compressor and prints what the fault does to the four
+//! Runs the turbine with a fouled compressor and prints what the fault does to the four
 //! monitored outputs.
 //!
 //! `cargo run -p gtfdi --example simulate_fault`
