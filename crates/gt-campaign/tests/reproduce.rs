@@ -1,6 +1,7 @@
 //! The reproduction as a whole: its numbers against the paper's, its files, its determinism.
 
 #![allow(clippy::unwrap_used, clippy::expect_used)] // a test may stop where it fails
+#![allow(clippy::float_cmp)] // ones and zeros here are exact by construction
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -52,11 +53,17 @@ fn published_table6_is_met_in_free_run_on_all_three_records() {
     for row in rows {
         let ours = [row.identification, row.validation1, row.validation2];
         for (ours, paper) in ours.iter().zip(row.paper) {
-            assert!(ours.expect("the free run stays bounded") <= paper, "{row:?}");
+            assert!(
+                ours.expect("the free run stays bounded") <= paper,
+                "{row:?}"
+            );
         }
         assert!(row.met);
         // One step ahead is far easier than a free run; were they equal, one would be the other.
-        assert!(row.identification_prediction < 0.1 * row.identification.unwrap(), "{row:?}");
+        assert!(
+            row.identification_prediction < 0.1 * row.identification.unwrap(),
+            "{row:?}"
+        );
     }
 }
 
@@ -70,7 +77,12 @@ fn published_signature_is_diagonal_with_the_papers_maps_and_the_axial_maps_are_s
         assert_eq!(table.columns, ["q_c", "t3", "p7", "m9"]);
         for column in 0..4 {
             let entries = table.matrix.iter().map(|row| row[column]);
-            assert_eq!(entries.fold(0.0, f64::max), 1.0, "{}: column {column}", table.map_set);
+            assert_eq!(
+                entries.fold(0.0, f64::max),
+                1.0,
+                "{}: column {column}",
+                table.map_set
+            );
         }
         // A sensor fault touches the residual of its own sensor alone: the others are driven by
         // inputs and outputs that it cannot reach, so the zeros are exact.
@@ -89,7 +101,11 @@ fn published_signature_is_diagonal_with_the_papers_maps_and_the_axial_maps_are_s
 #[test]
 fn every_nominal_fault_is_seen_by_the_papers_output_after_its_onset() {
     for row in &reproduction().tables.detection {
-        let own = row.delays_s.iter().find(|delay| delay.output == row.expected).unwrap();
+        let own = row
+            .delays_s
+            .iter()
+            .find(|delay| delay.output == row.expected)
+            .unwrap();
         let delay = own.delay_s.expect("seen within the run");
         assert!(delay > 0.0, "{row:?}");
         let size = own.size.unwrap();
@@ -113,7 +129,10 @@ fn what_is_not_computed_is_null_or_empty() {
     assert_eq!(json["schema_version"], 1);
     assert_eq!(json["table10"], serde_json::json!([]));
     for key in ["table7", "table8", "isolation"] {
-        assert!(json.as_object().unwrap().contains_key(key), "{key} is missing");
+        assert!(
+            json.as_object().unwrap().contains_key(key),
+            "{key} is missing"
+        );
         assert!(json[key].is_null(), "{key}");
     }
 }
@@ -123,9 +142,16 @@ fn the_folder_is_complete_whole_and_self_contained() {
     let folder = tempfile::tempdir().unwrap();
     reproduction().write(folder.path(), &Silent).unwrap();
     let files = files(folder.path());
-    assert!(files.iter().all(|path| path.extension().is_none_or(|end| end != "part")));
+    assert!(
+        files
+            .iter()
+            .all(|path| path.extension().is_none_or(|end| end != "part"))
+    );
     let count = |end: &str| {
-        files.iter().filter(|path| path.extension().is_some_and(|e| e == end)).count()
+        files
+            .iter()
+            .filter(|path| path.extension().is_some_and(|e| e == end))
+            .count()
     };
     let figures = reproduction().figures.len();
     assert_eq!((count("svg"), count("csv")), (figures, figures));
@@ -136,7 +162,10 @@ fn the_folder_is_complete_whole_and_self_contained() {
     }
     for figure in &reproduction().figures {
         let link = format!("figures/{}.svg", figure.chart.id);
-        assert!(page.contains(&link) && folder.path().join(&link).is_file(), "{link}");
+        assert!(
+            page.contains(&link) && folder.path().join(&link).is_file(),
+            "{link}"
+        );
     }
     assert!(!page.contains("NaN"));
 
@@ -145,8 +174,11 @@ fn the_folder_is_complete_whole_and_self_contained() {
     assert_eq!(tables["table3"].as_array().unwrap().len(), 30);
 
     let info = gt_log::info(&folder.path().join("logs/paper_case2_nominal.mcap")).unwrap();
-    let topics: Vec<(&str, u64)> =
-        info.topics.iter().map(|topic| (topic.topic.as_str(), topic.messages)).collect();
+    let topics: Vec<(&str, u64)> = info
+        .topics
+        .iter()
+        .map(|topic| (topic.topic.as_str(), topic.messages))
+        .collect();
     // 1800 s at 0.08 s.
     for topic in ["/plant/truth", "/plant/measured", "/plant/faults"] {
         assert!(topics.contains(&(topic, 22_500)), "{topics:?}");
@@ -155,7 +187,10 @@ fn the_folder_is_complete_whole_and_self_contained() {
 
 #[test]
 fn one_thread_gives_the_same_numbers_as_all() {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .unwrap();
     let alone = pool.install(|| reproduce(1, &Silent)).unwrap();
     let text = |tables| serde_json::to_string(tables).unwrap();
     assert_eq!(text(&alone.tables), text(&reproduction().tables));

@@ -127,7 +127,7 @@ fn extent(values: impl Iterator<Item = f64>, margin: f64) -> (f64, f64) {
 /// A number as a tick label: as many digits as the spacing needs.
 fn label(value: f64, step: f64) -> String {
     let magnitude = value.abs().max(step);
-    if magnitude >= 1e6 || magnitude < 1e-3 {
+    if !(1e-3..1e6).contains(&magnitude) {
         if value == 0.0 {
             return "0".to_owned();
         }
@@ -293,7 +293,7 @@ impl Chart {
             escape(&self.title),
             HEIGHT - 6.0,
             escape(&self.x_label),
-            (TOP + bottom) / 2.0,
+            f64::midpoint(TOP, bottom),
             escape(&self.y_label)
         );
         if self.series.len() > 1 {

@@ -2,6 +2,7 @@
 
 pub mod chart;
 pub mod page;
+pub mod text;
 
 /// Text made safe for HTML and SVG.
 pub fn escape(text: &str) -> String {

@@ -1,13 +1,15 @@
 //! The source paper's tables and figures again, from seeded runs.
 
+mod cells;
 mod detection;
 mod figures;
+mod html;
 mod models;
-mod present;
 mod records;
 mod signatures;
 mod steady;
 pub mod tables;
+mod text;
 mod write;
 
 use gtfdi::fdi::{Bank, BankRun};
