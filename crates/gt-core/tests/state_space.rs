@@ -1,5 +1,8 @@
 //! State-space models: identities between the ways of computing a response, and bad matrices.
 
+#![allow(clippy::unwrap_used, clippy::expect_used)] // a test may stop where it fails
+#![allow(clippy::float_cmp)] // values compared exactly are sums of small integers
+
 use gt_core::{DimensionError, ModelError, Signal, StateSpace};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
