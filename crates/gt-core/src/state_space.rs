@@ -1,7 +1,8 @@
 //! A checked discrete state-space model.
 
 use nalgebra::{Complex, DMatrix, DVector, Schur};
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::{DimensionError, ModelError, Signal};
 
@@ -29,13 +30,30 @@ pub struct StateSpace {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Unchecked {
+    #[serde(deserialize_with = "stored_matrix")]
     a: DMatrix<f64>,
+    #[serde(deserialize_with = "stored_matrix")]
     b: DMatrix<f64>,
+    #[serde(deserialize_with = "stored_matrix")]
     c: DMatrix<f64>,
+    #[serde(deserialize_with = "stored_matrix")]
     d: DMatrix<f64>,
     sample_time_s: f64,
     inputs: Vec<Signal>,
     outputs: Vec<Signal>,
+}
+
+/// Reads `[entries by columns, rows, columns]`. nalgebra multiplies the sizes unchecked, so that a
+/// file with huge ones would overflow there.
+fn stored_matrix<'de, D: Deserializer<'de>>(source: D) -> Result<DMatrix<f64>, D::Error> {
+    let (entries, rows, columns) = <(Vec<f64>, usize, usize)>::deserialize(source)?;
+    if rows.checked_mul(columns) != Some(entries.len()) {
+        let found = entries.len();
+        return Err(D::Error::custom(format!(
+            "matrix: expected {rows} x {columns} entries, found {found}"
+        )));
+    }
+    Ok(DMatrix::from_vec(rows, columns, entries))
 }
 
 impl TryFrom<Unchecked> for StateSpace {

@@ -179,6 +179,22 @@ fn a_file_cannot_smuggle_in_a_bad_model() {
         error.to_string(),
         "sample time: expected a positive number of seconds, found -1"
     );
+    // 2^63 rows of 2 would be no entries at all, modulo 2^64.
+    for (a, found) in [
+        (
+            serde_json::json!([[0.5, 0.1, 0.2], 2, 2]),
+            "2 x 2 entries, found 3",
+        ),
+        (
+            serde_json::json!([[], 1_u64 << 63, 2]),
+            "9223372036854775808 x 2 entries, found 0",
+        ),
+    ] {
+        let mut bad = good.clone();
+        bad["a"] = a;
+        let error = serde_json::from_value::<StateSpace>(bad).expect_err(found);
+        assert_eq!(error.to_string(), format!("matrix: expected {found}"));
+    }
     let mut unknown = good;
     unknown["e"] = serde_json::json!(1);
     assert!(
