@@ -73,7 +73,10 @@ pub(crate) fn scan<R: Read>(
                     return Ok(());
                 }
             }
-            Err(McapError::UnexpectedEof) if MAGIC.starts_with(&first) => {
+            // The limit is the file's size: a longer record is one whose end is not there.
+            Err(McapError::UnexpectedEof | McapError::RecordTooLarge { .. })
+                if MAGIC.starts_with(&first) =>
+            {
                 return Err(LogError::Truncated {
                     path: path.to_owned(),
                     size,

@@ -109,6 +109,39 @@ fn a_log_cut_anywhere_is_named() {
     }
 }
 
+/// A chunk that is longer than what is left of the file.
+#[test]
+fn a_log_cut_within_a_large_chunk_is_named() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("a.mcap");
+    let mut log = LogWriter::create(&path, &RunMetadata::default()).unwrap();
+    let signals = Signal::named(&["a"]);
+    let topic = log
+        .add_topic("/plant/measured", "M", &signals, 1.0, "x")
+        .unwrap();
+    for k in 0..4000 {
+        let value = f64::from_bits(
+            (1023 << 52) + (k as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) % (1 << 52),
+        );
+        log.write(topic, sample_time_ns(k, 1.0), &[value]).unwrap();
+    }
+    log.finish().unwrap();
+    let log = fs::read(&path).unwrap();
+    assert!(
+        log.len() > 10_000,
+        "{} bytes hold no large chunk",
+        log.len()
+    );
+    for length in [log.len() / 2, log.len() / 10, log.len() - 5000] {
+        let error = try_all(&log[..length], "a.mcap").unwrap_err();
+        assert!(
+            matches!(error, LogError::Truncated { size, .. } if size == length as u64),
+            "{length} of {}: {error}",
+            log.len()
+        );
+    }
+}
+
 #[test]
 fn a_changed_byte_is_found_by_a_checksum_or_changes_nothing() {
     let folder = tempdir().unwrap();
