@@ -2,76 +2,110 @@
 
 use std::path::Path;
 
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
 
-use crate::cli::GlobalArgs;
+use crate::cli::{DesignArgs, DetectArgs, GlobalArgs, IdentifyArgs, ReproduceArgs, SimulateArgs};
 use crate::failure::Failure;
 
-/// The verbs that a configuration file may have a section for.
-const SECTIONS: [&str; 5] = ["simulate", "identify", "design", "detect", "reproduce"];
+/// Options of which a verb takes one kind only.
+pub trait Alternatives {
+    /// Each entry holds the keys of one kind. A layer that has a key of one kind takes those of the
+    /// other kinds out of the layers below; a layer with keys of two kinds is refused.
+    const ALTERNATIVES: &'static [&'static [&'static str]] = &[];
+}
 
-/// Lays `flags` (which hold the environment already) over the file's `section` over `defaults`.
+/// A configuration file: a section a verb. It is read into this only to be checked, so that
+/// mistakes are reported with their line, in whichever section they are.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(dead_code, reason = "checked, not used")]
+struct ConfigFile {
+    simulate: Option<SimulateArgs>,
+    identify: Option<IdentifyArgs>,
+    design: Option<DesignArgs>,
+    detect: Option<DetectArgs>,
+    reproduce: Option<ReproduceArgs>,
+}
+
+/// Lays `given` (flags and environment) over the file's `section` over `defaults`.
 ///
 /// Returns `None` after printing the outcome when `--print-config` was given.
 ///
 /// # Errors
 /// An unreadable file, an unknown section or key, a value of the wrong type: each names the file.
-pub fn layered<T: Serialize + DeserializeOwned>(
+pub fn layered<T: Alternatives + Serialize + DeserializeOwned>(
     section: &str,
-    flags: &T,
+    given: &T,
     defaults: &T,
     global: &GlobalArgs,
 ) -> Result<Option<T>, Failure> {
+    let (environment, flags): (Table, Table) = to_table(given)?
+        .into_iter()
+        .partition(|(key, _)| global.from_environment.contains(key));
     let mut table = to_table(defaults)?;
     if let Some(path) = &global.config {
-        table.extend(file_section::<T>(path, section)?);
+        let file = file_section(path, section)?;
+        lay_over::<T>(&mut table, file).map_err(|error| Failure::in_file(path, error))?;
     }
-    table.extend(to_table(flags)?);
+    lay_over::<T>(&mut table, environment)
+        .map_err(|error| Failure::input(format!("environment: {error}")))?;
+    lay_over::<T>(&mut table, flags).map_err(Failure::input)?;
     if global.print_config {
-        let whole = toml::Table::from_iter([(section.to_owned(), toml::Value::Table(table))]);
+        let whole = Table::from_iter([(section.to_owned(), Value::Table(table))]);
         crate::output::print(&toml::to_string(&whole).map_err(Failure::failed)?)?;
         return Ok(None);
     }
     table.try_into().map(Some).map_err(Failure::input)
 }
 
-fn to_table<T: Serialize>(args: &T) -> Result<toml::Table, Failure> {
-    toml::Table::try_from(args).map_err(Failure::failed)
+/// Lays `upper` over `lower`, alternatives in mind.
+fn lay_over<T: Alternatives>(lower: &mut Table, upper: Table) -> Result<(), String> {
+    let mut chosen: Option<(usize, &str)> = None;
+    for (kind, keys) in T::ALTERNATIVES.iter().enumerate() {
+        for key in keys.iter().copied().filter(|key| upper.contains_key(*key)) {
+            match chosen {
+                Some((other, first)) if other != kind => {
+                    let kinds: Vec<String> = T::ALTERNATIVES.iter().map(|k| options(k)).collect();
+                    return Err(format!(
+                        "expected one of {}, found --{first} and --{key}",
+                        kinds.join(" or ")
+                    ));
+                }
+                _ => chosen = Some((kind, key)),
+            }
+        }
+    }
+    if let Some((chosen, _)) = chosen {
+        let others = T::ALTERNATIVES
+            .iter()
+            .enumerate()
+            .filter(|(kind, _)| *kind != chosen);
+        for key in others.flat_map(|(_, keys)| keys.iter()) {
+            lower.remove(*key);
+        }
+    }
+    lower.extend(upper);
+    Ok(())
 }
 
-fn file_section<T: Serialize + DeserializeOwned>(
-    path: &Path,
-    section: &str,
-) -> Result<toml::Table, Failure> {
+fn options(keys: &[&str]) -> String {
+    let flags: Vec<String> = keys.iter().map(|key| format!("--{key}")).collect();
+    flags.join(" with ")
+}
+
+fn to_table<T: Serialize>(args: &T) -> Result<Table, Failure> {
+    Table::try_from(args).map_err(Failure::failed)
+}
+
+fn file_section(path: &Path, section: &str) -> Result<Table, Failure> {
+    let bad = |error: toml::de::Error| Failure::in_file(path, error.to_string().trim_end());
     let text = std::fs::read_to_string(path).map_err(|error| Failure::in_file(path, error))?;
-    let mut whole: toml::Table =
-        toml::from_str(&text).map_err(|error| Failure::in_file(path, error))?;
-    if let Some(unknown) = whole.keys().find(|key| !SECTIONS.contains(&key.as_str())) {
-        return Err(Failure::in_file(
-            path,
-            format!(
-                "section [{unknown}]: expected one of {}",
-                SECTIONS.join(", ")
-            ),
-        ));
-    }
-    match whole.remove(section) {
-        None => Ok(toml::Table::new()),
-        Some(toml::Value::Table(table)) => {
-            // Checked by itself, so that the message can name the file.
-            table
-                .clone()
-                .try_into::<T>()
-                .map_err(|error| Failure::in_file(path, format!("section [{section}]: {error}")))?;
-            Ok(table)
-        }
-        Some(other) => Err(Failure::in_file(
-            path,
-            format!(
-                "{section}: expected a table [{section}], found {}",
-                other.type_str()
-            ),
-        )),
-    }
+    toml::from_str::<ConfigFile>(&text).map_err(bad)?;
+    let mut whole: Table = toml::from_str(&text).map_err(bad)?;
+    Ok(match whole.remove(section) {
+        Some(Value::Table(table)) => table,
+        _ => Table::new(),
+    })
 }

@@ -8,11 +8,14 @@ mod config;
 mod failure;
 mod output;
 mod progress;
+mod record;
 mod row_range;
 
+use std::collections::BTreeSet;
 use std::process::ExitCode;
 
-use clap::Parser as _;
+use clap::parser::ValueSource;
+use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _};
 
 use crate::cli::{Cli, Command, LogCommand};
 use crate::failure::Failure;
@@ -27,15 +30,37 @@ pub enum Outcome {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
-    match run(cli) {
+    match run(parse()) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::Found) => ExitCode::from(3),
         Err(failure) => {
-            eprintln!("gtfdi: {}", failure.error());
+            output::complain(&failure.error().to_string());
             ExitCode::from(failure.code())
         }
     }
+}
+
+/// The command line, with a note of what came from the environment. A mistake ends the process
+/// with exit code 2.
+fn parse() -> Cli {
+    let mut command = Cli::command();
+    let matches = command.get_matches_mut();
+    let mut cli =
+        Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut command).exit());
+    cli.global.from_environment = from_environment(&matches);
+    cli
+}
+
+/// The options of the verb that the environment gave, by their keys in a file.
+fn from_environment(matches: &ArgMatches) -> BTreeSet<String> {
+    let Some((_, verb)) = matches.subcommand() else {
+        return BTreeSet::new();
+    };
+    verb.ids()
+        .map(clap::Id::as_str)
+        .filter(|id| verb.value_source(id) == Some(ValueSource::EnvVariable))
+        .map(|id| id.replace('_', "-"))
+        .collect()
 }
 
 fn run(cli: Cli) -> Result<Outcome, Failure> {

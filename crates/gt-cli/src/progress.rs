@@ -1,7 +1,6 @@
 //! Progress on standard error; bars are drawn here and nowhere below.
 
-use std::io::{IsTerminal, stderr};
-use std::sync::Mutex;
+use std::io::{IsTerminal, Write, stderr};
 use std::time::Duration;
 
 use gt_campaign::Progress;
@@ -14,7 +13,7 @@ pub enum Shown {
     /// A bar.
     Bar(ProgressBar),
     /// A JSON object a line.
-    Json(Mutex<()>),
+    Json,
     /// Nothing.
     Nothing,
 }
@@ -24,7 +23,7 @@ impl Shown {
     pub fn new(mode: Option<ProgressMode>) -> Self {
         let terminal = stderr().is_terminal();
         match mode {
-            Some(ProgressMode::Json) => Self::Json(Mutex::new(())),
+            Some(ProgressMode::Json) => Self::Json,
             Some(ProgressMode::Bar) | None if terminal => {
                 let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
                 if let Ok(style) = ProgressStyle::with_template(
@@ -51,12 +50,10 @@ impl Progress for Shown {
                     bar.finish_and_clear();
                 }
             }
-            Self::Json(line) => {
-                let _one_line_at_a_time = line.lock();
-                eprintln!(
-                    "{}",
-                    serde_json::json!({"what": what, "done": done, "total": total})
-                );
+            Self::Json => {
+                let line = serde_json::json!({"what": what, "done": done, "total": total});
+                // The lock keeps lines whole; a reader that went away is no failure.
+                let _ = writeln!(stderr().lock(), "{line}");
             }
             Self::Nothing => {}
         }

@@ -1,25 +1,25 @@
 //! `gtfdi design`: a model and healthy records to a bank of detectors.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use gt_campaign::paper;
 use gt_log::{ModelFile, read_json, write_json};
-use gtfdi::core::Dataset;
-use gtfdi::fdi::{Bank, FalseAlarmRate, OutputDetector, ResidualGenerator, ThresholdRule};
+use gtfdi::core::{Dataset, Signal};
+use gtfdi::fdi::{
+    Bank, FalseAlarmRate, FdiError, OutputDetector, ResidualGenerator, ThresholdRule,
+};
 use serde::Serialize;
 
 use super::SCHEMA_VERSION;
-use super::identify::{read, selection};
+use super::poles::{check_tags, poles};
 use crate::Outcome;
 use crate::cli::{DesignArgs, GeneratorKind, GlobalArgs, Statistic};
 use crate::config::layered;
 use crate::failure::Failure;
 use crate::output::{number, print, print_json, table};
+use crate::record::{check_out, read_for, selection};
 
 /// The bank's name, part of its topics in a log.
 const BANK_NAME: &str = "observers";
-/// The pole of every state where neither the options nor the paper say one.
-const DEFAULT_POLE: f64 = 0.5;
 
 #[derive(Serialize)]
 struct DetectorReport<'a> {
@@ -40,25 +40,43 @@ struct Report<'a> {
     statistic: Statistic,
     healthy_records: usize,
     detectors: Vec<DetectorReport<'a>>,
+    warnings: Vec<String>,
     out: &'a Path,
 }
 
 fn rule(args: &DesignArgs) -> Result<ThresholdRule, Failure> {
     let given = |default: usize| args.consecutive.unwrap_or(default);
-    Ok(match (args.exceedance, args.margin, &args.arl0) {
-        (_, Some(factor), _) => ThresholdRule::Margin {
-            factor,
-            consecutive: given(1),
+    let rule = match (args.exceedance, &args.arl0) {
+        (Some(share), _) => ThresholdRule::Exceedance {
+            share,
+            consecutive: given(6),
         },
-        (_, _, Some(time)) => ThresholdRule::MeanTimeBetweenFalseAlarms {
+        (None, Some(time)) => ThresholdRule::MeanTimeBetweenFalseAlarms {
             hours: parse_hours(time)?,
             consecutive: given(1),
         },
-        (share, None, None) => ThresholdRule::Exceedance {
-            share: share.unwrap_or(0.01),
-            consecutive: given(6),
+        (None, None) => ThresholdRule::Margin {
+            factor: args.margin.unwrap_or(ThresholdRule::DEFAULT_MARGIN),
+            consecutive: given(1),
         },
-    })
+    };
+    rule.validate().map_err(|error| match error {
+        FdiError::Option {
+            option,
+            expected,
+            found,
+        } => {
+            let flag = match option {
+                "share" => "exceedance",
+                "factor" => "margin",
+                "hours" => "arl0",
+                option => option,
+            };
+            Failure::input(format!("--{flag}: expected {expected}, found {found}"))
+        }
+        error => Failure::input(error),
+    })?;
+    Ok(rule)
 }
 
 /// A time span such as `24h`, `30min`, `90s` or `2d`, in hours.
@@ -82,33 +100,34 @@ fn parse_hours(text: &str) -> Result<f64, Failure> {
         })
 }
 
-/// The poles of one output's observer with `nx` states.
-fn poles(wishes: &[String], output: &str, nx: usize) -> Result<Vec<f64>, Failure> {
-    let number = |text: &str| {
-        text.trim().parse::<f64>().map_err(|_| {
-            Failure::input(format!(
-                "--poles: expected a number or TAG=NUMBER, found `{text}`"
-            ))
-        })
-    };
-    let mut common = Vec::new();
-    for wish in wishes {
-        match wish.split_once('=') {
-            Some((tag, value)) if tag.trim() == output => return Ok(vec![number(value)?; nx]),
-            Some((_, value)) => drop(number(value)?),
-            None => common.push(number(wish)?),
+/// A refusal of the design for `output` that names the option or the file to blame.
+fn refused(
+    error: &FdiError,
+    args: &DesignArgs,
+    output: &str,
+    paths: &[&Path],
+    healthy: &[Dataset],
+) -> Failure {
+    let record = match error {
+        FdiError::PoleCount { .. } | FdiError::PoleOutside { .. } => {
+            return Failure::input(format!("--poles: output `{output}`: {error}"));
         }
-    }
-    match common.len() {
-        0 => Ok(vec![
-            paper::observer_pole(output).unwrap_or(DEFAULT_POLE);
-            nx
-        ]),
-        1 => Ok(vec![common[0]; nx]),
-        found if found == nx => Ok(common),
-        found => Err(Failure::input(format!(
-            "--poles: output `{output}` has {nx} states: expected 1 or {nx} poles, found {found}"
-        ))),
+        FdiError::HealthyTotal { share, .. } => {
+            return Failure::input(format!("--exceedance {share}: {error}"));
+        }
+        FdiError::HealthyHours { .. } => {
+            let time = args.arl0.as_deref().unwrap_or_default();
+            return Failure::input(format!("--arl0 {time}: {error}"));
+        }
+        FdiError::HealthySamples { record, .. } => Some(*record),
+        FdiError::SampleTime { found_s, .. } => healthy
+            .iter()
+            .position(|data| data.sample_time_s().to_bits() == found_s.to_bits()),
+        _ => None,
+    };
+    match record.and_then(|record| paths.get(record)) {
+        Some(path) => Failure::in_file(path, format!("output `{output}`: {error}")),
+        None => Failure::input(format!("output `{output}`: {error}")),
     }
 }
 
@@ -130,40 +149,33 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         .out
         .as_ref()
         .ok_or_else(|| Failure::missing("--out", "--out bank.json"))?;
+    let healthy_paths: Vec<&Path> = args
+        .healthy
+        .iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    if healthy_paths.is_empty() {
+        return Err(Failure::missing("--healthy", "--healthy run.csv"));
+    }
     let rule = rule(&args)?;
+    check_out(out, &[&[model_path.as_path()], &healthy_paths[..]].concat())?;
     let model = read_json::<ModelFile>(model_path)
         .map_err(Failure::input)?
         .model;
     let wishes = args.poles.clone().unwrap_or_default();
-    for tag in wishes
-        .iter()
-        .filter_map(|wish| wish.split_once('='))
-        .map(|(tag, _)| tag.trim())
-    {
-        if !model.outputs().iter().any(|output| output.name == tag) {
-            return Err(Failure::input(format!(
-                "--poles: `{tag}` is not an output of {}",
-                model_path.display()
-            )));
-        }
-    }
+    check_tags(&wishes, model.outputs(), model_path)?;
 
-    let names = |signals: &[gtfdi::core::Signal]| {
-        signals
-            .iter()
-            .map(|signal| signal.name.clone())
-            .collect::<Vec<_>>()
-    };
+    let rows = args.rows.as_ref().map(|rows| rows.0.clone());
+    let names = |signals: &[Signal]| signals.iter().map(|signal| signal.name.clone()).collect();
+    let (inputs, outputs) = (names(model.inputs()), names(model.outputs()));
+    let wanted = selection(inputs, outputs, &args.reading, rows);
     let mut healthy: Vec<Dataset> = Vec::new();
-    for path in args.healthy.iter().flatten() {
-        let rows = args.rows.as_ref().map(|rows| rows.0.clone());
-        let wanted = selection(
-            names(model.inputs()),
-            names(model.outputs()),
-            &args.reading,
-            rows,
-        );
-        healthy.push(read(path, &wanted)?.dataset);
+    let mut warnings = Vec::new();
+    for path in &healthy_paths {
+        let read = read_for(path, &wanted, model_path, model.sample_time_s())?;
+        healthy.push(read.imported.dataset);
+        warnings.extend(read.warnings);
     }
     let mut detectors = Vec::new();
     for (index, output) in model.outputs().iter().enumerate() {
@@ -171,10 +183,9 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
             .output_model(index)
             .map_err(|e| Failure::in_file(model_path, e))?;
         let poles = poles(&wishes, &output.name, part.model.nx())?;
-        let generator =
-            ResidualGenerator::observer(part.model, part.point, &poles).map_err(Failure::input)?;
-        let detector =
-            OutputDetector::calibrate(generator, &healthy, rule).map_err(Failure::input)?;
+        let detector = ResidualGenerator::observer(part.model, part.point, &poles)
+            .and_then(|generator| OutputDetector::calibrate(generator, &healthy, rule))
+            .map_err(|error| refused(&error, &args, &output.name, &healthy_paths, &healthy))?;
         detectors.push(detector);
     }
     let bank = Bank::new(BANK_NAME, detectors).map_err(Failure::input)?;
@@ -185,6 +196,7 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         statistic: Statistic::Threshold,
         healthy_records: healthy.len(),
         detectors: bank.detectors().iter().map(detector_report).collect(),
+        warnings,
         out,
     };
     if global.json {
@@ -256,23 +268,12 @@ mod tests {
     #[test]
     fn spans_of_time_carry_their_unit() {
         for (text, hours) in [("24h", 24.0), ("30min", 0.5), ("90 s", 0.025), ("2d", 48.0)] {
-            assert_eq!(parse_hours(text).expect(text), hours);
+            let found = parse_hours(text).expect(text);
+            // One product and one quotient by 60 or 3600.
+            assert!((found - hours).abs() < 1e-15 * hours, "{text}: {found}");
         }
         for bad in ["24", "h", "-1h", "0h", "nanh", "1 fortnight"] {
             assert!(parse_hours(bad).is_err(), "{bad} accepted");
         }
-    }
-
-    #[test]
-    fn poles_by_tag_win_over_common_ones() {
-        let wishes = ["0.6".to_owned(), "t3=0.3".to_owned()];
-        assert_eq!(poles(&wishes, "t3", 2).expect("by tag"), [0.3, 0.3]);
-        assert_eq!(poles(&wishes, "p7", 2).expect("common"), [0.6, 0.6]);
-        assert_eq!(poles(&[], "q_c", 1).expect("the paper's"), [0.7]);
-        let error = poles(&["0.1".into(), "0.2".into()], "y", 3).expect_err("two of three");
-        assert_eq!(
-            error.error().to_string(),
-            "--poles: output `y` has 3 states: expected 1 or 3 poles, found 2"
-        );
     }
 }

@@ -7,12 +7,12 @@ use gtfdi::fdi::{Alarm, Bank, FalseAlarmRate};
 use serde::Serialize;
 
 use super::SCHEMA_VERSION;
-use super::identify::{read, selection};
 use crate::Outcome;
 use crate::cli::{DetectArgs, FailOn, GlobalArgs};
 use crate::config::layered;
 use crate::failure::Failure;
 use crate::output::{number, print, print_json, table};
+use crate::record::{Read, check_out, read_for, selection};
 
 /// An alarm with every key that a verdict will have; what is not computed yet is null.
 #[derive(Serialize)]
@@ -47,6 +47,7 @@ struct Report<'a> {
     alarms: Vec<AlarmReport<'a>>,
     outputs: Vec<OutputReport<'a>>,
     input_sha256: &'a str,
+    warnings: Vec<String>,
     out: Option<&'a Path>,
 }
 
@@ -63,10 +64,13 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         .bank
         .as_ref()
         .ok_or_else(|| Failure::missing("--bank", "--bank bank.json"))?;
+    if let Some(out) = &args.out {
+        check_out(out, &[path, bank_path])?;
+    }
     let bank: Bank = read_json(bank_path).map_err(Failure::input)?;
     let rows = args.rows.as_ref().map(|rows| rows.0.clone());
     let wanted = selection(bank.inputs(), bank.outputs(), &args.reading, rows);
-    let imported = read(path, &wanted)?;
+    let Read { imported, warnings } = read_for(path, &wanted, bank_path, bank.sample_time_s())?;
     let data = &imported.dataset;
     let run = bank
         .run(data)
@@ -103,6 +107,7 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
             })
             .collect(),
         input_sha256: &imported.sha256,
+        warnings,
         out: args.out.as_deref(),
     };
     if global.json {

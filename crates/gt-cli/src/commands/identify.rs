@@ -1,25 +1,22 @@
 //! `gtfdi identify`: a record to a model file.
 
-use std::ops::{Range, RangeInclusive};
+use std::fmt::Display;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use gt_log::{Imported, ModelFile, Selection, read_dataset, write_json};
+use gt_log::{LogError, ModelFile, write_json};
 use gtfdi::core::Dataset;
-use gtfdi::ident::{
-    Arx, ArxModel, ArxStructure, Channel, OrderKind, OrderTable, Validation, generic_indices,
-    order_table, validate,
-};
+use gtfdi::ident::{Arx, ArxModel, ArxStructure, Channel, OrderTable, Validation, validate};
 use serde::Serialize;
 
 use super::SCHEMA_VERSION;
+use super::structure::{Chosen, choose};
 use crate::Outcome;
-use crate::cli::{DataArgs, GlobalArgs, IdentifyArgs, Method, Structure};
+use crate::cli::{GlobalArgs, IdentifyArgs, Method};
 use crate::config::layered;
 use crate::failure::Failure;
-use crate::output::{number, print, print_json, table};
-
-/// Orders that `--order auto` looks at.
-const AUTO_ORDERS: RangeInclusive<usize> = 1..=12;
+use crate::output::{complain, number, print, print_json, table};
+use crate::record::{Read, check_out, read, selection};
 
 #[derive(Serialize)]
 struct RegressionTerm<'a> {
@@ -57,151 +54,48 @@ struct Report<'a> {
     out: Option<&'a Path>,
 }
 
-/// What `--order` asks for.
-enum Order {
-    One(usize),
-    Search(RangeInclusive<usize>),
+/// The training and the validation rows, and the rows of the file that hold both: only those have
+/// to be readable.
+struct Blocks {
+    train: Option<Range<usize>>,
+    validate: Option<Range<usize>>,
+    window: Option<Range<usize>>,
 }
 
-fn parse_order(text: &str) -> Result<Order, Failure> {
-    let bad = || {
-        Failure::input(format!(
-            "--order: expected a number from 1, a range such as 1..12, or auto, found `{text}`"
-        ))
-    };
-    if text == "auto" {
-        return Ok(Order::Search(AUTO_ORDERS));
-    }
-    if let Some((low, high)) = text.split_once("..") {
-        let low: usize = low.trim().parse().map_err(|_| bad())?;
-        let high: usize = high
-            .trim_start_matches('=')
-            .trim()
-            .parse()
-            .map_err(|_| bad())?;
-        return if low >= 1 && low <= high {
-            Ok(Order::Search(low..=high))
-        } else {
-            Err(bad())
-        };
-    }
-    match text.trim().parse() {
-        Ok(order) if order >= 1 => Ok(Order::One(order)),
-        _ => Err(bad()),
-    }
-}
-
-/// The options as a structure, or as a family of structures to search.
-enum Wish {
-    Structure(ArxStructure),
-    Search(OrderKind, RangeInclusive<usize>),
-}
-
-fn wish(args: &IdentifyArgs, outputs: usize) -> Result<Wish, Failure> {
-    let nk = args.nk.clone().unwrap_or_else(|| vec![1]);
-    let lags = args.na.is_some() || args.nb.is_some();
-    if args.order.is_some() && (lags || args.indices.is_some()) || args.indices.is_some() && lags {
-        return Err(Failure::input(
-            "--order, --indices and --na/--nb: expected one of the three, found several",
-        ));
-    }
-    let canonical_by_default = args.indices.is_some() || args.order.is_some() && outputs > 1;
-    let structure = args.structure.unwrap_or(if canonical_by_default {
-        Structure::Canonical
-    } else {
-        Structure::Full
-    });
-    if structure == Structure::Canonical {
-        let feedthrough = match nk.as_slice() {
-            [1] => false,
-            [0] => true,
-            _ => {
-                return Err(Failure::input(format!(
-                    "--nk: the canonical structure has lags 1 (or 0, a direct term) for all \
-                     inputs, found {nk:?}"
-                )));
+impl Blocks {
+    fn of(args: &IdentifyArgs) -> Self {
+        let [train, validate] =
+            [&args.train, &args.validate].map(|rows| rows.as_ref().map(|rows| rows.0.clone()));
+        let window = match (&train, &validate) {
+            (Some(train), Some(validate)) => {
+                Some(train.start.min(validate.start)..train.end.max(validate.end))
             }
+            (Some(train), None) => Some(train.clone()),
+            (None, _) => None,
         };
-        if lags {
-            return Err(Failure::input(
-                "--structure canonical: expected --order or --indices, found --na or --nb",
-            ));
+        Self {
+            train,
+            validate,
+            window,
         }
-        return match (
-            &args.indices,
-            args.order.as_deref().map(parse_order).transpose()?,
-        ) {
-            (Some(indices), _) => Ok(Wish::Structure(ArxStructure::Canonical {
-                indices: indices.clone(),
-                feedthrough,
-            })),
-            (None, Some(Order::One(order))) => {
-                let indices = generic_indices(order, outputs).map_err(Failure::input)?;
-                Ok(Wish::Structure(ArxStructure::Canonical {
-                    indices,
-                    feedthrough,
-                }))
-            }
-            (None, Some(Order::Search(orders))) => {
-                // Fewer states than outputs leave an output without a row of its own.
-                let low = (*orders.start()).max(outputs);
-                let orders = low..=(*orders.end()).max(low);
-                Ok(Wish::Search(OrderKind::Canonical { feedthrough }, orders))
-            }
-            (None, None) => Err(Failure::missing("--order or --indices", "--order 8")),
-        };
     }
-    if args.indices.is_some() {
-        return Err(Failure::input(
-            "--indices: expected only with --structure canonical",
-        ));
-    }
-    let kind = |nk: Vec<usize>| match structure {
-        Structure::Diag => OrderKind::Diagonal { nk },
-        Structure::Full | Structure::Canonical => OrderKind::Full { nk },
-    };
-    match args.order.as_deref().map(parse_order).transpose()? {
-        Some(Order::One(order)) => kind(nk)
-            .structure(order, outputs)
-            .map(Wish::Structure)
-            .map_err(Failure::input),
-        Some(Order::Search(orders)) => Ok(Wish::Search(kind(nk), orders)),
-        None => match (args.na, args.nb.clone()) {
-            (Some(na), Some(nb)) => Ok(Wish::Structure(match structure {
-                Structure::Diag => ArxStructure::Diagonal { na, nb, nk },
-                Structure::Full | Structure::Canonical => ArxStructure::Full { na, nb, nk },
-            })),
-            (None, None) => Err(Failure::missing("--order, or --na and --nb", "--order 8")),
-            (Some(_), None) => Err(Failure::missing("--nb", "--nb 2")),
-            (None, Some(_)) => Err(Failure::missing("--na", "--na 2")),
-        },
-    }
-}
 
-/// The selection of channels and rows that `reading` and the other options describe.
-pub fn selection(
-    inputs: Vec<String>,
-    outputs: Vec<String>,
-    reading: &DataArgs,
-    rows: Option<Range<usize>>,
-) -> Selection {
-    Selection {
-        inputs,
-        outputs,
-        time: reading.time.clone(),
-        sample_time_s: reading.sample_time,
-        topic: reading.topic.clone(),
-        rows,
+    /// The rows that the file has not, by the option that asks for them.
+    fn beyond(&self, path: &Path, total: usize) -> Option<Failure> {
+        [("--train", &self.train), ("--validate", &self.validate)]
+            .into_iter()
+            .filter_map(|(option, rows)| Some((option, rows.as_ref()?)))
+            .find(|(_, rows)| rows.end > total)
+            .map(|(option, rows)| {
+                let (start, end) = (rows.start, rows.end);
+                Failure::in_file(
+                    path,
+                    format!(
+                        "{option}: expected rows A:B with B at most {total}, found {start}:{end}"
+                    ),
+                )
+            })
     }
-}
-
-/// Reads a record and passes its warnings on.
-pub fn read(path: &Path, selection: &Selection) -> Result<Imported, Failure> {
-    let imported = read_dataset(path, selection).map_err(Failure::input)?;
-    for warning in &imported.warnings {
-        eprintln!("gtfdi: warning: {}: {warning}", path.display());
-    }
-    Ok(imported)
 }
 
 /// Runs the verb.
@@ -222,41 +116,52 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         .outputs
         .clone()
         .ok_or_else(|| Failure::missing("--outputs", "--outputs y"))?;
-    // Only the rows that are used have to be readable; one range covers both blocks.
-    let blocks = [&args.train, &args.validate].map(|rows| rows.as_ref().map(|rows| rows.0.clone()));
-    let window = match &blocks {
-        [Some(train), Some(validate)] => {
-            Some(train.start.min(validate.start)..train.end.max(validate.end))
-        }
-        [Some(train), None] => Some(train.clone()),
-        [None, _] => None,
-    };
-    let shift = window.as_ref().map_or(0, |window| window.start);
-    let imported = read(&path, &selection(inputs, outputs, &args.reading, window))?;
+    if let Some(out) = &args.out {
+        check_out(out, &[&path])?;
+    }
+    let blocks = Blocks::of(&args);
+    let wanted = selection(inputs, outputs, &args.reading, blocks.window.clone());
+    let Read {
+        imported,
+        mut warnings,
+    } = read(&path, &wanted).map_err(|error| match error {
+        LogError::Rows { total, .. } => blocks
+            .beyond(&path, total)
+            .unwrap_or_else(|| Failure::input(error)),
+        error => Failure::input(error),
+    })?;
+    if let Some(failure) = blocks.beyond(&path, imported.total_rows) {
+        return Err(failure);
+    }
     let data = &imported.dataset;
-    let block = |rows: &Option<Range<usize>>, default: Range<usize>| {
-        rows.as_ref()
-            .map_or(default, |rows| rows.start - shift..rows.end - shift)
+    let shift = blocks.window.as_ref().map_or(0, |window| window.start);
+    let block = |rows: Option<Range<usize>>, default: Range<usize>| {
+        rows.map_or(default, |rows| rows.start - shift..rows.end - shift)
     };
-    let train_rows = block(&blocks[0], 0..data.len());
-    let validation_rows = block(&blocks[1], train_rows.clone());
-    let rows = |rows: &Range<usize>| data.rows(rows.clone()).map_err(Failure::input);
+    let train_rows = block(blocks.train, 0..data.len());
+    let validation_rows = block(blocks.validate, train_rows.clone());
+    let in_file = |error: &dyn Display| Failure::in_file(&path, error);
+    let rows = |rows: &Range<usize>| data.rows(rows.clone()).map_err(|error| in_file(&error));
     let (train, validation) = (rows(&train_rows)?, rows(&validation_rows)?);
 
-    let (structure, orders) = match wish(&args, data.ny())? {
-        Wish::Structure(structure) => (structure, None),
-        Wish::Search(kind, orders) => {
-            let table = order_table(&train, orders, &kind)
-                .map_err(|error| Failure::in_file(&path, error))?;
-            let structure = kind
-                .structure(table.best_mdl(), data.ny())
-                .map_err(Failure::input)?;
-            (structure, Some(table))
-        }
-    };
+    let Chosen {
+        structure,
+        orders,
+        warning,
+    } = choose(&args, &path, &train)?;
+    if let Some(warning) = warning {
+        complain(&format!("warning: {}: {warning}", path.display()));
+        warnings.push(warning);
+    }
     let fitted = Arx::new(structure).fit(&train);
-    let model = fitted.map_err(|error| Failure::in_file(&path, error))?;
-    let scores = validate(&model, &validation).map_err(|error| Failure::in_file(&path, error))?;
+    let model = fitted.map_err(|error| in_file(&error))?;
+    let scores = validate(&model, &validation).map_err(|error| {
+        let rows = args.validate.as_ref().map_or_else(
+            || "the training rows".to_owned(),
+            |rows| format!("--validate {rows}"),
+        );
+        in_file(&format!("{rows}: {error}"))
+    })?;
     if let Some(out) = &args.out {
         let file =
             ModelFile::arx(model.clone(), Some(&imported.sha256)).map_err(Failure::failed)?;
@@ -277,7 +182,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         outputs: output_reports(&model, &scores),
         order_table: orders.as_ref(),
         input_sha256: &imported.sha256,
-        warnings: imported.warnings.iter().map(ToString::to_string).collect(),
+        warnings,
         out: args.out.as_deref(),
     };
     if global.json {
@@ -346,7 +251,9 @@ fn text(report: &Report, train: &Dataset) -> String {
             &["order", "parameters", "AIC", "MDL", "FPE", "PPCRE %"],
             &rows,
         ));
-        text.push_str(&format!("chosen by MDL: order {}\n", orders.best_mdl()));
+        text += "chosen by MDL: order ";
+        text += &orders.best_mdl().to_string();
+        text.push('\n');
     }
     let rows: Vec<Vec<String>> = report
         .outputs

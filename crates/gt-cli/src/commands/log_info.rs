@@ -1,19 +1,32 @@
 //! `gtfdi log info`: what an MCAP log holds.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
-use gt_log::info;
+use gt_log::{LogInfo, info};
+use serde::Serialize;
 
+use super::SCHEMA_VERSION;
 use crate::Outcome;
 use crate::cli::GlobalArgs;
 use crate::failure::Failure;
 use crate::output::{number, print, print_json, table};
 
+#[derive(Serialize)]
+struct Report<'a> {
+    schema_version: u32,
+    #[serde(flatten)]
+    info: &'a LogInfo,
+}
+
 /// Runs the verb.
 pub fn run(file: &Path, global: &GlobalArgs) -> Result<Outcome, Failure> {
     let info = info(file).map_err(Failure::input)?;
     if global.json {
-        print_json(&info)?;
+        print_json(&Report {
+            schema_version: SCHEMA_VERSION,
+            info: &info,
+        })?;
         return Ok(Outcome::Done);
     }
     let mut text = format!(
@@ -47,14 +60,13 @@ pub fn run(file: &Path, global: &GlobalArgs) -> Result<Outcome, Failure> {
         ],
         &rows,
     ));
+    // Writing to a string cannot fail.
     for record in &info.metadata {
-        text.push_str(&format!("metadata {}\n", record.name));
+        let _ = writeln!(text, "metadata {}", record.name);
     }
     for attachment in &info.attachments {
-        text.push_str(&format!(
-            "attachment {} ({} bytes)\n",
-            attachment.name, attachment.size_bytes
-        ));
+        let (name, size) = (&attachment.name, attachment.size_bytes);
+        let _ = writeln!(text, "attachment {name} ({size} bytes)");
     }
     print(&text)?;
     Ok(Outcome::Done)

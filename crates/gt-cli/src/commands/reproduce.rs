@@ -23,6 +23,12 @@ pub fn run(args: &ReproduceArgs, global: &GlobalArgs) -> Result<Outcome, Failure
     let out = args
         .out
         .ok_or_else(|| Failure::missing("--out", "--out out"))?;
+    if out.exists() && !out.is_dir() {
+        return Err(Failure::failed(format!(
+            "{}: expected a folder, found a file",
+            out.display()
+        )));
+    }
     let progress = Shown::new(global.progress);
     let result: Reproduction =
         reproduce(args.seed.unwrap_or(1), &progress).map_err(Failure::failed)?;

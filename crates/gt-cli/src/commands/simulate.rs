@@ -1,10 +1,10 @@
 //! `gtfdi simulate`: the embedded turbine to an MCAP log.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use gt_log::RunMetadata;
-use gtfdi::plant::{Fault, Profile, SAMPLE_TIME_S, Scenario, simulate};
+use gtfdi::plant::{Fault, PlantError, Profile, SAMPLE_TIME_S, Scenario, simulate};
 use serde::{Deserialize, Serialize};
 
 use super::SCHEMA_VERSION;
@@ -12,7 +12,8 @@ use crate::Outcome;
 use crate::cli::{GlobalArgs, SimulateArgs, Variant};
 use crate::config::layered;
 use crate::failure::Failure;
-use crate::output::{print, print_json};
+use crate::output::{complain, print, print_json};
+use crate::record::check_out;
 
 /// A file of faults.
 #[derive(Deserialize)]
@@ -49,7 +50,8 @@ fn defaults() -> SimulateArgs {
 
 fn faults(path: &Path) -> Result<Vec<Fault>, Failure> {
     let text = std::fs::read_to_string(path).map_err(|error| Failure::in_file(path, error))?;
-    let file: FaultFile = toml::from_str(&text).map_err(|error| Failure::in_file(path, error))?;
+    let file: FaultFile = toml::from_str(&text)
+        .map_err(|error| Failure::in_file(path, error.to_string().trim_end()))?;
     if file.fault.is_empty() {
         return Err(Failure::in_file(
             path,
@@ -57,6 +59,27 @@ fn faults(path: &Path) -> Result<Vec<Fault>, Failure> {
         ));
     }
     Ok(file.fault)
+}
+
+/// A refusal that names the option as it is typed.
+fn refused(error: &PlantError) -> Failure {
+    let text = error.to_string();
+    let option = match error {
+        PlantError::Duration { .. } => "--seconds",
+        PlantError::Substeps { .. } => "--substeps",
+        PlantError::UnknownName {
+            what: "profile", ..
+        } => "--profile",
+        PlantError::UnknownName {
+            what: "map set", ..
+        } => "--map-set",
+        PlantError::UnknownName { what: "noise", .. } => "--noise",
+        _ => return Failure::input(text),
+    };
+    let rest = text
+        .split_once(": ")
+        .map_or(text.as_str(), |(_, rest)| rest);
+    Failure::input(format!("{option}: {rest}"))
 }
 
 /// Runs the verb.
@@ -67,25 +90,34 @@ pub fn run(args: &SimulateArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
     let out = args
         .out
         .ok_or_else(|| Failure::missing("--out", "--out run.mcap"))?;
+    let inputs: Vec<&Path> = args.faults.iter().map(PathBuf::as_path).collect();
+    check_out(&out, &inputs)?;
     let standard = Scenario::default();
     let scenario = Scenario {
         map_set: args
             .map_set
             .unwrap_or_default()
             .parse()
-            .map_err(Failure::input)?,
+            .map_err(|error| refused(&error))?,
         duration_s: args.seconds.unwrap_or(standard.duration_s),
         substeps: args.substeps.unwrap_or(standard.substeps),
-        profile: Profile::named(&args.profile.unwrap_or_default()).map_err(Failure::input)?,
+        profile: Profile::named(&args.profile.unwrap_or_default())
+            .map_err(|error| refused(&error))?,
         noise: args
             .noise
             .unwrap_or_default()
             .parse()
-            .map_err(Failure::input)?,
+            .map_err(|error| refused(&error))?,
         faults: args.faults.as_deref().map_or(Ok(Vec::new()), faults)?,
         seed: args.seed.unwrap_or(standard.seed),
         run_index: args.run_index.unwrap_or(standard.run_index),
     };
+    scenario.validate().map_err(|error| match error {
+        PlantError::Scenario { .. } | PlantError::RepeatedFault { .. } => {
+            Failure::in_file(args.faults.as_deref().unwrap_or(Path::new("faults")), error)
+        }
+        error => refused(&error),
+    })?;
     let started = Instant::now();
     let simulated = simulate(&scenario).map_err(Failure::input)?;
     let integration_s = started.elapsed().as_secs_f64();
@@ -108,7 +140,7 @@ pub fn run(args: &SimulateArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         out: &out,
     };
     for warning in &report.warnings {
-        eprintln!("gtfdi: warning: {warning}");
+        complain(&format!("warning: {warning}"));
     }
     if global.json {
         print_json(&report)?;

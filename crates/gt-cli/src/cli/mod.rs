@@ -1,0 +1,153 @@
+//! The command line's types: one structure a verb, read by clap and by `--config` alike.
+//!
+//! Every option is an `Option`, so that flags, environment, file and defaults can be laid over one
+//! another (see [`crate::config`]).
+
+mod design;
+mod detect;
+mod identify;
+mod simulate;
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use clap::builder::RangedU64ValueParser;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use serde::{Deserialize, Serialize};
+
+use crate::config::Alternatives;
+pub use design::{DesignArgs, GeneratorKind, Statistic};
+pub use detect::{DetectArgs, FailOn};
+pub use identify::{IdentifyArgs, Method, Structure};
+pub use simulate::{SimulateArgs, Variant};
+
+/// The largest integer of a TOML file, and so of an option.
+const LARGEST: u64 = i64::MAX as u64;
+
+/// Reads a number of things.
+fn count() -> RangedU64ValueParser<usize> {
+    RangedU64ValueParser::new().range(..=LARGEST)
+}
+
+/// Reads an integer such as a seed.
+fn integer() -> RangedU64ValueParser<u64> {
+    RangedU64ValueParser::new().range(..=LARGEST)
+}
+
+/// Model-based fault diagnosis: simulate, identify, design, detect.
+#[derive(Debug, Parser)]
+#[command(
+    name = "gtfdi",
+    version,
+    propagate_version = true,
+    max_term_width = 100
+)]
+#[command(after_help = "\
+Options can also come from GTFDI_* variables and from --config FILE.toml, in this order: flag, \
+environment, file, default. Exit codes: 0 done; 1 failed; 2 usage, configuration or input data; \
+3 done, and --fail-on alarm saw an alarm.")]
+pub struct Cli {
+    /// What every verb understands.
+    #[command(flatten)]
+    pub global: GlobalArgs,
+    /// The verb.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// Options that every verb understands.
+#[derive(Debug, Clone, Args)]
+pub struct GlobalArgs {
+    /// Print one JSON object on standard output instead of a table
+    #[arg(long, global = true, env = "GTFDI_JSON", value_parser = clap::builder::FalseyValueParser::new(), action = clap::ArgAction::SetTrue)]
+    pub json: bool,
+    /// How to show progress on standard error (default: a bar on a terminal, else nothing)
+    #[arg(long, global = true, env = "GTFDI_PROGRESS", value_enum)]
+    pub progress: Option<ProgressMode>,
+    /// Read options from FILE, a section for each verb
+    #[arg(long, global = true, env = "GTFDI_CONFIG", value_name = "FILE.toml")]
+    pub config: Option<PathBuf>,
+    /// Print the options as they would be used, in the format of --config, and stop
+    #[arg(long, global = true)]
+    pub print_config: bool,
+    /// The verb's options that the environment gave, by their keys in a file.
+    #[arg(skip)]
+    pub from_environment: BTreeSet<String>,
+}
+
+/// How progress is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ProgressMode {
+    /// A bar, where standard error is a terminal
+    Bar,
+    /// A JSON object a line
+    Json,
+    /// Nothing
+    None,
+}
+
+/// The verbs.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Simulate the gas turbine and write an MCAP log
+    Simulate(SimulateArgs),
+    /// Identify a linear model from a record
+    Identify(IdentifyArgs),
+    /// Design residual generators and thresholds from a model and healthy records
+    Design(DesignArgs),
+    /// Run a bank of detectors over a record
+    Detect(DetectArgs),
+    /// Compute the source paper's tables again, with a report
+    Reproduce(ReproduceArgs),
+    /// Look into MCAP logs
+    #[command(subcommand)]
+    Log(LogCommand),
+}
+
+/// Verbs on logs.
+#[derive(Debug, Subcommand)]
+pub enum LogCommand {
+    /// Print what a log holds
+    ///
+    /// Example: gtfdi log info run.mcap --json
+    Info {
+        /// The log
+        #[arg(value_name = "FILE.mcap")]
+        file: PathBuf,
+    },
+}
+
+/// How a data file is read.
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub struct DataArgs {
+    /// Time column [default: a column named time, t or timestamp]
+    #[arg(long, env = "GTFDI_TIME", value_name = "COLUMN")]
+    pub time: Option<String>,
+    /// Sample time in seconds, in place of a time column
+    #[arg(
+        long,
+        env = "GTFDI_SAMPLE_TIME",
+        value_name = "S",
+        allow_negative_numbers = true
+    )]
+    pub sample_time: Option<f64>,
+    /// MCAP topic [default: /plant/measured]
+    #[arg(long, env = "GTFDI_TOPIC")]
+    pub topic: Option<String>,
+}
+
+/// `gtfdi reproduce`.
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[command(after_help = "Example: gtfdi reproduce --out out, then open out/index.html")]
+pub struct ReproduceArgs {
+    /// Folder of the report, made where it is missing [default: out]
+    #[arg(long, env = "GTFDI_OUT", value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Seed of all runs [default: 1]
+    #[arg(long, env = "GTFDI_SEED", value_name = "N", value_parser = integer())]
+    pub seed: Option<u64>,
+}
+
+impl Alternatives for ReproduceArgs {}

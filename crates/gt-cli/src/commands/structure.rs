@@ -1,0 +1,218 @@
+//! The options of `gtfdi identify` that describe the model's structure.
+
+use std::ops::RangeInclusive;
+use std::path::Path;
+
+use gtfdi::core::Dataset;
+use gtfdi::ident::{ArxStructure, IdentError, OrderKind, OrderTable, generic_indices, order_table};
+
+use crate::cli::{IdentifyArgs, Structure};
+use crate::failure::Failure;
+
+/// Orders that `--order auto` looks at.
+const AUTO_ORDERS: RangeInclusive<usize> = 1..=12;
+
+/// What `--order` asks for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Order {
+    One(usize),
+    Range(RangeInclusive<usize>),
+    /// [`AUTO_ORDERS`], as far as the record bears them.
+    Auto,
+}
+
+fn parse_order(text: &str) -> Result<Order, Failure> {
+    let bad = || {
+        Failure::input(format!(
+            "--order: expected a number from 1, a range such as 1..12, or auto, found `{text}`"
+        ))
+    };
+    let number = |text: &str| match text.trim().parse::<usize>() {
+        Ok(order) if order >= 1 => Ok(order),
+        _ => Err(bad()),
+    };
+    match text.trim() {
+        "auto" => Ok(Order::Auto),
+        text => match text.split_once("..") {
+            None => number(text).map(Order::One),
+            Some((low, high)) => {
+                let high = high.strip_prefix('=').unwrap_or(high);
+                let (low, high) = (number(low)?, number(high)?);
+                if low > high {
+                    return Err(bad());
+                }
+                Ok(Order::Range(low..=high))
+            }
+        },
+    }
+}
+
+/// The structure to fit, with the criteria that chose it where orders were compared.
+pub struct Chosen {
+    pub structure: ArxStructure,
+    pub orders: Option<OrderTable>,
+    pub warning: Option<String>,
+}
+
+impl From<ArxStructure> for Chosen {
+    fn from(structure: ArxStructure) -> Self {
+        Self {
+            structure,
+            orders: None,
+            warning: None,
+        }
+    }
+}
+
+/// The structure that the options ask for; orders are compared on `train`, the rows of `path`.
+pub fn choose(args: &IdentifyArgs, path: &Path, train: &Dataset) -> Result<Chosen, Failure> {
+    let outputs = train.ny();
+    let nk = args.nk.clone().unwrap_or_else(|| vec![1]);
+    let lags = args.na.is_some() || args.nb.is_some();
+    let order = args.order.as_deref().map(parse_order).transpose()?;
+    let canonical_by_default = args.indices.is_some() || order.is_some() && outputs > 1;
+    let structure = args.structure.unwrap_or(if canonical_by_default {
+        Structure::Canonical
+    } else {
+        Structure::Full
+    });
+    let kind = match structure {
+        Structure::Canonical if lags => {
+            return Err(Failure::input(
+                "--structure canonical: expected --order or --indices, found --na or --nb",
+            ));
+        }
+        Structure::Canonical => OrderKind::Canonical {
+            feedthrough: feedthrough(&nk)?,
+        },
+        _ if args.indices.is_some() => {
+            return Err(Failure::input(
+                "--indices: expected with --structure canonical only, found another structure",
+            ));
+        }
+        Structure::Diag => OrderKind::Diagonal { nk: nk.clone() },
+        Structure::Full => OrderKind::Full { nk: nk.clone() },
+    };
+    match (order, structure) {
+        (Some(order), _) => by_order(order, &kind, path, train),
+        (None, Structure::Canonical) => canonical(args, &kind),
+        (None, Structure::Full | Structure::Diag) => {
+            let (na, nb) = match (args.na, args.nb.clone()) {
+                (Some(na), Some(nb)) => (na, nb),
+                (None, None) => {
+                    return Err(Failure::missing("--order, or --na and --nb", "--order 8"));
+                }
+                (Some(_), None) => return Err(Failure::missing("--nb", "--nb 2")),
+                (None, Some(_)) => return Err(Failure::missing("--na", "--na 2")),
+            };
+            Ok(Chosen::from(match structure {
+                Structure::Diag => ArxStructure::Diagonal { na, nb, nk },
+                _ => ArxStructure::Full { na, nb, nk },
+            }))
+        }
+    }
+}
+
+/// Whether the canonical structure has a direct term.
+fn feedthrough(nk: &[usize]) -> Result<bool, Failure> {
+    match nk {
+        [1] => Ok(false),
+        [0] => Ok(true),
+        _ => {
+            let found: Vec<String> = nk.iter().map(ToString::to_string).collect();
+            Err(Failure::input(format!(
+                "--nk: the canonical structure has lags from 1, or from 0 (a direct term), for \
+                 all inputs alike; expected 1 or 0, found {}",
+                found.join(",")
+            )))
+        }
+    }
+}
+
+fn canonical(args: &IdentifyArgs, kind: &OrderKind) -> Result<Chosen, Failure> {
+    match (&args.indices, kind) {
+        (Some(indices), OrderKind::Canonical { feedthrough }) => {
+            Ok(Chosen::from(ArxStructure::Canonical {
+                indices: indices.clone(),
+                feedthrough: *feedthrough,
+            }))
+        }
+        _ => Err(Failure::missing("--order or --indices", "--order 8")),
+    }
+}
+
+fn by_order(
+    order: Order,
+    kind: &OrderKind,
+    path: &Path,
+    train: &Dataset,
+) -> Result<Chosen, Failure> {
+    let outputs = train.ny();
+    let (orders, shrinks) = match order {
+        Order::One(order) => {
+            let structure = kind.structure(order, outputs).map_err(option)?;
+            return Ok(Chosen::from(structure));
+        }
+        Order::Range(orders) => (orders, false),
+        Order::Auto => (AUTO_ORDERS, true),
+    };
+    // Fewer states than outputs leave an output without a row of its own.
+    let low = match kind {
+        OrderKind::Canonical { .. } => {
+            generic_indices(*orders.end(), outputs).map_err(option)?;
+            (*orders.start()).max(outputs)
+        }
+        _ => *orders.start(),
+    };
+    let mut high = *orders.end();
+    let table = loop {
+        match order_table(train, low..=high, kind) {
+            Err(IdentError::TooFewRows { .. }) if shrinks && high > low => high -= 1,
+            result => break result.map_err(|error| Failure::in_file(path, error))?,
+        }
+    };
+    let warning = (high < *orders.end()).then(|| {
+        format!(
+            "{} rows bear no order above {high}: --order auto looked at {low}..{high}",
+            train.len()
+        )
+    });
+    let structure = kind.structure(table.best_mdl(), outputs).map_err(option)?;
+    Ok(Chosen {
+        structure,
+        orders: Some(table),
+        warning,
+    })
+}
+
+/// An order that the number of outputs rules out.
+fn option(error: IdentError) -> Failure {
+    match error {
+        IdentError::OrderTooSmall { order, outputs } => Failure::input(format!(
+            "--order: expected at least {outputs}, one for each output, found {order}"
+        )),
+        error => Failure::input(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Order, parse_order};
+
+    #[test]
+    fn orders_are_a_number_a_range_or_auto() {
+        for (text, order) in [
+            ("8", Order::One(8)),
+            ("1..12", Order::Range(1..=12)),
+            ("2..=4", Order::Range(2..=4)),
+            ("auto", Order::Auto),
+        ] {
+            assert_eq!(parse_order(text).expect(text), order);
+        }
+        for bad in ["0", "", "-1", "0..3", "3..2", "1..", "x", "1.5"] {
+            let error = parse_order(bad).expect_err(bad);
+            let text = error.error().to_string();
+            assert!(text.ends_with(&format!("found `{bad}`")), "{text}");
+        }
+    }
+}

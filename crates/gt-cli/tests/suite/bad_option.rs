@@ -1,0 +1,358 @@
+//! Options that make no sense.
+
+use crate::place::Place;
+use crate::signal::{second_order_csv, two_outputs_csv};
+
+/// A folder with records of one and of two outputs and a model of the first.
+fn place() -> Place {
+    let place = Place::new();
+    place.write("one.csv", second_order_csv(200, 1));
+    place.write("two.csv", two_outputs_csv(200, 1));
+    let head = ["identify", "one.csv", "--inputs", "u", "--outputs", "y"];
+    place.done(&[&head[..], &["--order", "2", "--out", "model.json"]].concat());
+    place
+}
+
+#[test]
+fn structures() {
+    let place = place();
+    let one = ["identify", "one.csv", "--inputs", "u", "--outputs", "y"];
+    let two = ["identify", "two.csv", "--inputs", "u*", "--outputs", "y*"];
+    let cases: [(&[&str], &[&str], &str); 19] = [
+        (&one, &["--order", "0"], "--order: expected a number from 1"),
+        (&one, &["--order", "3..2"], "found `3..2`"),
+        (&one, &["--order", "few"], "found `few`"),
+        (
+            &one,
+            &["--order", "500"],
+            "one.csv: samples: expected at least",
+        ),
+        (
+            &one,
+            &["--na", "0", "--nb", "0"],
+            "expected na >= 1 or some nb >= 1",
+        ),
+        (&one, &["--na", "-1", "--nb", "1"], "'-1'"),
+        (&one, &["--na", "18446744073709551615", "--nb", "1"], "--na"),
+        (&one, &["--na", "2"], "--nb: required"),
+        (&one, &["--nb", "2"], "--na: required"),
+        (&one, &[], "--order, or --na and --nb: required"),
+        (
+            &one,
+            &["--na", "1", "--nb", "1,1"],
+            "option nb: expected 1 entry or 1",
+        ),
+        (
+            &one,
+            &["--na", "1", "--nb", "1", "--order", "2"],
+            "found --order and --na",
+        ),
+        (
+            &one,
+            &["--indices", "2", "--structure", "diag"],
+            "--indices: expected with",
+        ),
+        (
+            &two,
+            &["--indices", "0,2"],
+            "indices, output 0: expected an index of at least 1, found 0",
+        ),
+        (
+            &two,
+            &["--indices", "2"],
+            "option indices: expected 2 (one per output), found 1",
+        ),
+        (
+            &two,
+            &["--order", "1"],
+            "--order: expected at least 2, one for each output, found 1",
+        ),
+        (
+            &two,
+            &["--order", "1..1"],
+            "--order: expected at least 2, one for each output, found 1",
+        ),
+        (
+            &two,
+            &["--order", "4", "--nk", "3"],
+            "expected 1 or 0, found 3",
+        ),
+        (
+            &two,
+            &["--structure", "canonical", "--na", "2"],
+            "found --na or --nb",
+        ),
+    ];
+    for (head, tail, text) in cases {
+        let out = ["--out", "new.json", "--json"];
+        place.refused(&[head, tail, &out].concat(), &[text]);
+    }
+}
+
+#[test]
+fn rows_name_their_option() {
+    let place = place();
+    let head = [
+        "identify",
+        "one.csv",
+        "--inputs",
+        "u",
+        "--outputs",
+        "y",
+        "--order",
+        "2",
+    ];
+    let cases: [(&[&str], &str); 7] = [
+        (
+            &["--train", "50:20"],
+            "expected rows A:B with A < B, such as 0:500, found `50:20`",
+        ),
+        (&["--train", "5:5"], "found `5:5`"),
+        (&["--train", "all"], "found `all`"),
+        (
+            &["--train", "0:900"],
+            "one.csv: --train: expected rows A:B with B at most 200, found 0:900",
+        ),
+        (
+            &["--train", "0:100", "--validate", "100:900"],
+            "one.csv: --validate: expected rows A:B with B at most 200, found 100:900",
+        ),
+        (
+            &["--validate", "300:900"],
+            "one.csv: --validate: expected rows A:B",
+        ),
+        (
+            &["--train", "0:100", "--validate", "100:102"],
+            "one.csv: --validate 100:102: samples: expected at least 4",
+        ),
+    ];
+    for (tail, text) in cases {
+        place.refused(&[&head[..], tail, &["--out", "new.json"]].concat(), &[text]);
+    }
+}
+
+#[test]
+fn designs() {
+    let place = place();
+    let head = ["design", "--model", "model.json", "--healthy", "one.csv"];
+    let cases: [(&[&str], &[&str]); 17] = [
+        (
+            &["--poles", "1.2"],
+            &["--poles: output `y`", "modulus below 1, found 1.2"],
+        ),
+        (&["--poles", "-1"], &["modulus below 1, found -1"]),
+        (&["--poles", "1"], &["modulus below 1, found 1"]),
+        (&["--poles", "nan"], &["modulus below 1, found NaN"]),
+        (&["--poles", "y=1"], &["modulus below 1, found 1"]),
+        (
+            &["--poles", "0.1,0.2,0.3"],
+            &["`y` has 2 states: expected 1 or 2 poles, found 3"],
+        ),
+        (
+            &["--poles", "fast"],
+            &["--poles: expected a number or TAG=NUMBER, found `fast`"],
+        ),
+        (
+            &["--poles", "z=0.5"],
+            &["--poles: expected an output of model.json (y), found `z`"],
+        ),
+        (
+            &["--exceedance", "0"],
+            &["--exceedance: expected a share above 0 and below 1, found 0"],
+        ),
+        (
+            &["--exceedance", "1e-6"],
+            &["--exceedance 0.000001", "at least 1000000 samples"],
+        ),
+        (
+            &["--margin", "-2"],
+            &["--margin: expected a finite factor above 0, found -2"],
+        ),
+        (
+            &["--consecutive", "0"],
+            &["--consecutive: expected at least 1 sample, found 0"],
+        ),
+        (
+            &["--consecutive", "60"],
+            &["one.csv: output `y`: healthy residual 0: expected at least 300"],
+        ),
+        (
+            &["--arl0", "24"],
+            &["--arl0: expected a positive time such as 24h", "found `24`"],
+        ),
+        (
+            &["--arl0", "-1h"],
+            &["--arl0: expected a positive time", "found `-1h`"],
+        ),
+        (
+            &["--arl0", "24h"],
+            &[
+                "--arl0 24h",
+                "needs at least 72 h of healthy running, found 0.0",
+            ],
+        ),
+        (
+            &["--margin", "2", "--arl0", "24h"],
+            &["expected one of --exceedance or --margin or --arl0, found --margin and --arl0"],
+        ),
+    ];
+    for (tail, texts) in cases {
+        place.refused(&[&head[..], tail, &["--out", "bank.json"]].concat(), texts);
+    }
+}
+
+#[test]
+fn simulations() {
+    let place = Place::new();
+    let cases: [(&str, &str, &str); 13] = [
+        (
+            "--seconds",
+            "0",
+            "--seconds: expected between 0.08 and 800000 s, found 0",
+        ),
+        (
+            "--seconds",
+            "-5",
+            "--seconds: expected between 0.08 and 800000 s, found -5",
+        ),
+        (
+            "--seconds",
+            "NaN",
+            "--seconds: expected between 0.08 and 800000 s, found NaN",
+        ),
+        (
+            "--seconds",
+            "1e300",
+            "--seconds: expected between 0.08 and 800000 s, found 1",
+        ),
+        (
+            "--seconds",
+            "inf",
+            "--seconds: expected between 0.08 and 800000 s, found inf",
+        ),
+        ("--seconds", "long", "--seconds"),
+        ("--substeps", "2", "--substeps: expected"),
+        ("--substeps", "0", "--substeps: expected"),
+        (
+            "--profile",
+            "wild",
+            "--profile: expected one of steady, gentle, standard",
+        ),
+        ("--map-set", "flat", "--map-set: expected one of paper"),
+        (
+            "--noise",
+            "loud",
+            "--noise: expected one of none, low, table8, found `loud`",
+        ),
+        ("--variant", "jet", "--variant"),
+        ("--seed", "18446744073709551615", "--seed"),
+    ];
+    for (option, value, text) in cases {
+        let args = ["simulate", option, value, "--out", "run.mcap", "--json"];
+        place.refused(&args, &[text]);
+    }
+}
+
+#[test]
+fn required_options_are_named_with_an_example() {
+    let place = place();
+    let cases: [(&[&str], &str); 10] = [
+        (&["simulate"], "--out: required, for example --out run.mcap"),
+        (&["identify"], "DATA: required"),
+        (&["identify", "one.csv"], "--outputs: required"),
+        (&["design"], "--model: required"),
+        (&["design", "--model", "model.json"], "--out: required"),
+        (
+            &["design", "--model", "model.json", "--out", "b.json"],
+            "--healthy: required",
+        ),
+        (&["detect"], "DATA: required"),
+        (&["detect", "one.csv"], "--bank: required"),
+        (&["log", "info"], "FILE.mcap"),
+        (&["reproduce", "--seed", "one"], "--seed"),
+    ];
+    for (args, text) in cases {
+        place.refused(args, &[text]);
+    }
+}
+
+#[test]
+fn outputs_that_cannot_be_written_fail_before_any_work() {
+    let place = place();
+    std::fs::create_dir(place.path("folder")).expect("a folder");
+    place.write("file", "");
+    let design = ["design", "--model", "model.json", "--healthy", "one.csv"];
+    place.done(&[&design[..], &["--out", "bank.json"]].concat());
+    let verbs: [&[&str]; 4] = [
+        &["simulate", "--seconds", "1"],
+        &[
+            "identify",
+            "one.csv",
+            "--inputs",
+            "u",
+            "--outputs",
+            "y",
+            "--order",
+            "2",
+        ],
+        &design,
+        &["detect", "one.csv", "--bank", "bank.json"],
+    ];
+    for verb in verbs {
+        for (out, text) in [
+            (
+                "none/out.json",
+                "none/out.json: expected the folder none, found none",
+            ),
+            (
+                "folder",
+                "folder: expected a file to write, found a directory",
+            ),
+            (
+                "file/out.json",
+                "file/out.json: expected the folder file, found none",
+            ),
+        ] {
+            let args = [verb, &["--out", out, "--json"]].concat();
+            place.ends_badly(1, &mut place.command(&args), &[text]);
+        }
+    }
+    let args = ["reproduce", "--out", "file"];
+    place.ends_badly(
+        1,
+        &mut place.command(&args),
+        &["file: expected a folder, found a file"],
+    );
+}
+
+#[test]
+fn outputs_never_replace_inputs() {
+    let place = place();
+    let design = ["design", "--model", "model.json", "--healthy", "one.csv"];
+    place.done(&[&design[..], &["--out", "bank.json"]].concat());
+    let identify = [
+        "identify",
+        "one.csv",
+        "--inputs",
+        "u",
+        "--outputs",
+        "y",
+        "--order",
+        "2",
+    ];
+    let detect = ["detect", "one.csv", "--bank", "bank.json"];
+    let cases: [(&[&str], &str); 5] = [
+        (&identify, "one.csv"),
+        (&design, "model.json"),
+        (&design, "one.csv"),
+        (&detect, "bank.json"),
+        (&detect, "./one.csv"),
+    ];
+    for (verb, out) in cases {
+        let args = [verb, &["--out", out]].concat();
+        place.refused(
+            &args,
+            &["--out: expected another file than those that are read"],
+        );
+    }
+}
