@@ -8,6 +8,7 @@ mod bad_record;
 mod config;
 mod identify;
 mod order;
+mod output_file;
 mod place;
 mod public_road;
 mod road;

@@ -91,10 +91,16 @@ fn nothing_is_coloured_without_a_terminal_or_with_no_color() {
             );
         }
     }
-    // NO_COLOR wins over a wish for colours.
-    let mut command = place.command(&["identify", "--ordre"]);
-    let ran = Ran::of(command.env("NO_COLOR", "1").env("CLICOLOR_FORCE", "0"));
-    assert!(!ran.stderr.contains('\u{1b}'), "{}", ran.stderr);
+    // NO_COLOR wins over a wish for colours, which alone is granted.
+    let coloured = |environment: &[(&str, &str)]| {
+        let mut command = place.command(&["identify", "--ordre"]);
+        command
+            .env_remove("NO_COLOR")
+            .envs(environment.iter().copied());
+        Ran::of(&mut command).stderr.contains('\u{1b}')
+    };
+    assert!(coloured(&[("CLICOLOR_FORCE", "1")]));
+    assert!(!coloured(&[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]));
 }
 
 #[test]
