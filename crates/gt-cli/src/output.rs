@@ -2,9 +2,12 @@
 
 use std::io::{ErrorKind, Write, stderr, stdout};
 
+use gt_campaign::report::text::digits;
 use serde::Serialize;
 
 use crate::failure::Failure;
+
+pub use gt_campaign::report::text::table;
 
 /// Writes `text` to standard output; a reader that went away is no failure.
 pub fn print(text: &str) -> Result<(), Failure> {
@@ -27,59 +30,14 @@ pub fn complain(text: &str) {
     let _ = writeln!(stderr().lock(), "gtfdi: {text}");
 }
 
-/// A table for people: the first column to the left, numbers to the right.
-pub fn table(head: &[&str], rows: &[Vec<String>]) -> String {
-    let widths: Vec<usize> = head
-        .iter()
-        .enumerate()
-        .map(|(column, title)| {
-            let cells = rows.iter().filter_map(|row| row.get(column));
-            cells
-                .map(|cell| cell.chars().count())
-                .fold(title.chars().count(), usize::max)
-        })
-        .collect();
-    let line = |cells: &mut dyn Iterator<Item = &str>| {
-        let mut text = String::new();
-        for (column, cell) in cells.enumerate() {
-            let pad = " ".repeat(widths[column].saturating_sub(cell.chars().count()));
-            if column == 0 {
-                text.push_str(cell);
-                text.push_str(&pad);
-            } else {
-                text.push_str("  ");
-                text.push_str(&pad);
-                text.push_str(cell);
-            }
-        }
-        text.truncate(text.trim_end().len());
-        text.push('\n');
-        text
-    };
-    let mut text = line(&mut head.iter().copied());
-    for row in rows {
-        text.push_str(&line(&mut row.iter().map(String::as_str)));
-    }
-    text
-}
-
 /// A number that may be missing or not finite: four significant digits or a dash.
 pub fn number(value: Option<f64>) -> String {
-    match value.filter(|value| value.is_finite()) {
-        None => "-".to_owned(),
-        Some(0.0) => "0".to_owned(),
-        Some(value) if (1e-3..1e6).contains(&value.abs()) => {
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // within 0..=6
-            let decimals = (3.0 - value.abs().log10().floor()).clamp(0.0, 6.0) as usize;
-            format!("{value:.decimals$}")
-        }
-        Some(value) => format!("{value:.3e}"),
-    }
+    value.map_or_else(|| "-".to_owned(), |value| digits(value, 4))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{number, table};
+    use super::number;
 
     #[test]
     fn numbers_have_four_digits() {
@@ -96,15 +54,5 @@ mod tests {
             assert_eq!(number(Some(value)), text);
         }
         assert_eq!(number(None), "-");
-    }
-
-    #[test]
-    fn numbers_stand_to_the_right() {
-        let rows = [["y".into(), "1".into()], ["q_c".into(), "22.5".into()]];
-        let rows = rows.map(|row: [String; 2]| row.to_vec());
-        assert_eq!(
-            table(&["tag", "fit"], &rows),
-            "tag   fit\ny       1\nq_c  22.5\n"
-        );
     }
 }

@@ -140,11 +140,10 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// A fault with the paper's rate and limit: 5 % an hour, at most 5 % in cases 1 and 3, no
-    /// limit in case 2; case 4 grows by 5 s an hour without limit (assumed).
-    pub fn nominal(case: FaultCase, onset_s: f64) -> Self {
-        let rate_percent_per_h = NOMINAL_RATE_PERCENT_PER_H;
-        let limit_percent = Some(NOMINAL_LIMIT_PERCENT);
+    /// A fault of the given rate per hour and limit, both in the case's own unit (percent; seconds
+    /// in case 4).
+    pub fn growing(case: FaultCase, onset_s: f64, rate_per_h: f64, limit: Option<f64>) -> Self {
+        let (rate_percent_per_h, limit_percent) = (rate_per_h, limit);
         match case {
             FaultCase::CompressorFouling => Self::CompressorFouling {
                 onset_s,
@@ -154,7 +153,7 @@ impl Fault {
             FaultCase::ThermocoupleDrift => Self::ThermocoupleDrift {
                 onset_s,
                 rate_percent_per_h,
-                limit_percent: None,
+                limit_percent,
             },
             FaultCase::TurbineDamage => Self::TurbineDamage {
                 onset_s,
@@ -163,10 +162,23 @@ impl Fault {
             },
             FaultCase::FuelActuatorLag => Self::FuelActuatorLag {
                 onset_s,
-                rate_s_per_h: NOMINAL_RATE_S_PER_H,
-                limit_s: None,
+                rate_s_per_h: rate_per_h,
+                limit_s: limit,
             },
         }
+    }
+
+    /// A fault with the paper's rate and limit: 5 % an hour, at most 5 % in cases 1 and 3, no
+    /// limit in case 2; case 4 grows by 5 s an hour without limit (assumed).
+    pub fn nominal(case: FaultCase, onset_s: f64) -> Self {
+        let (rate_per_h, limit) = match case {
+            FaultCase::CompressorFouling | FaultCase::TurbineDamage => {
+                (NOMINAL_RATE_PERCENT_PER_H, Some(NOMINAL_LIMIT_PERCENT))
+            }
+            FaultCase::ThermocoupleDrift => (NOMINAL_RATE_PERCENT_PER_H, None),
+            FaultCase::FuelActuatorLag => (NOMINAL_RATE_S_PER_H, None),
+        };
+        Self::growing(case, onset_s, rate_per_h, limit)
     }
 
     /// Which case it is.

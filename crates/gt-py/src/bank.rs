@@ -338,7 +338,10 @@ pub fn design(
                 Some(Placement::ByTag(by_tag)) => by_tag.get(&output.name),
                 None => None,
             };
-            let places = places.map_or_else(|| vec![paper::default_pole(&output.name); nx], |poles| poles.of(nx));
+            let places = places.map_or_else(
+                || vec![paper::default_pole(&output.name); nx],
+                |poles| poles.of(nx),
+            );
             let generator = ResidualGenerator::observer(part.model, part.point, &places)?;
             detectors.push(OutputDetector::calibrate(generator, &healthy, rule)?);
         }

@@ -1,7 +1,5 @@
 //! Numbers and tables as plain text.
 
-use std::fmt::Write as _;
-
 /// A fixed number of significant digits, plain where that is readable.
 pub fn digits(value: f64, significant: i32) -> String {
     if value == 0.0 {
@@ -23,36 +21,71 @@ pub fn digits(value: f64, significant: i32) -> String {
     }
 }
 
-/// Rows of equal cells, aligned.
-pub fn aligned(rows: &[Vec<String>]) -> String {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..columns)
-        .map(|column| {
-            rows.iter()
-                .filter_map(|row| row.get(column))
+/// A table for people: the first column to the left, numbers to the right.
+pub fn table(head: &[&str], rows: &[Vec<String>]) -> String {
+    let widths: Vec<usize> = head
+        .iter()
+        .enumerate()
+        .map(|(column, title)| {
+            let cells = rows.iter().filter_map(|row| row.get(column));
+            cells
                 .map(|cell| cell.chars().count())
-                .max()
+                .fold(title.chars().count(), usize::max)
         })
-        .map(Option::unwrap_or_default)
         .collect();
-    let mut text = String::new();
-    for row in rows {
-        for (column, cell) in row.iter().enumerate() {
-            let pad = " ".repeat(widths[column] - cell.chars().count());
-            let _ = if column == 0 {
-                write!(text, "  {cell}{pad}")
+    let line = |cells: &mut dyn Iterator<Item = &str>| {
+        let mut text = String::new();
+        for (column, cell) in cells.enumerate() {
+            let pad = " ".repeat(widths[column].saturating_sub(cell.chars().count()));
+            if column == 0 {
+                text.push_str(cell);
+                text.push_str(&pad);
             } else {
-                write!(text, "  {pad}{cell}")
-            };
+                text.push_str("  ");
+                text.push_str(&pad);
+                text.push_str(cell);
+            }
         }
+        text.truncate(text.trim_end().len());
         text.push('\n');
+        text
+    };
+    let mut text = line(&mut head.iter().copied());
+    for row in rows {
+        text.push_str(&line(&mut row.iter().map(String::as_str)));
     }
     text
 }
 
+/// Text broken into lines of at most `width` characters, between words; a longer word has a line
+/// of its own.
+pub fn wrap(text: &str, width: usize) -> String {
+    let mut lines = String::new();
+    let mut length = 0;
+    for word in text.split_whitespace() {
+        let count = word.chars().count();
+        if length > 0 && length + 1 + count > width {
+            lines.push('\n');
+            length = 0;
+        } else if length > 0 {
+            lines.push(' ');
+            length += 1;
+        }
+        lines.push_str(word);
+        length += count;
+    }
+    lines
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{aligned, digits};
+    use super::{digits, table, wrap};
+
+    #[test]
+    fn lines_break_between_words() {
+        assert_eq!(wrap("a bb  ccc dddddd e", 5), "a bb\nccc\ndddddd\ne");
+        assert_eq!(wrap("", 5), "");
+    }
 
     #[test]
     fn digits_are_significant() {
@@ -64,11 +97,12 @@ mod tests {
     }
 
     #[test]
-    fn columns_line_up() {
-        let rows = [
-            vec!["a".to_owned(), "10".to_owned()],
-            vec!["bcd".to_owned(), "7".to_owned()],
-        ];
-        assert_eq!(aligned(&rows), "  a    10\n  bcd   7\n");
+    fn numbers_stand_to_the_right() {
+        let rows = [["y".into(), "1".into()], ["q_c".into(), "22.5".into()]];
+        let rows = rows.map(|row: [String; 2]| row.to_vec());
+        assert_eq!(
+            table(&["tag", "fit"], &rows),
+            "tag   fit\ny       1\nq_c  22.5\n"
+        );
     }
 }

@@ -104,30 +104,7 @@ fn plan(
 
 /// A fault that is at its full size within a second.
 fn at_once(case: FaultCase, size: f64) -> Fault {
-    let (onset_s, rate_percent_per_h) = (SIGNATURE_ONSET_S, size * 3600.0);
-    let limit_percent = Some(size);
-    match case {
-        FaultCase::CompressorFouling => Fault::CompressorFouling {
-            onset_s,
-            rate_percent_per_h,
-            limit_percent,
-        },
-        FaultCase::ThermocoupleDrift => Fault::ThermocoupleDrift {
-            onset_s,
-            rate_percent_per_h,
-            limit_percent,
-        },
-        FaultCase::TurbineDamage => Fault::TurbineDamage {
-            onset_s,
-            rate_percent_per_h,
-            limit_percent,
-        },
-        FaultCase::FuelActuatorLag => Fault::FuelActuatorLag {
-            onset_s,
-            rate_s_per_h: size * 3600.0,
-            limit_s: Some(size),
-        },
-    }
+    Fault::growing(case, SIGNATURE_ONSET_S, size * 3600.0, Some(size))
 }
 
 fn plans(map_set: MapSet, seed: u64) -> Result<[Vec<Plan>; 4], CampaignError> {
