@@ -37,8 +37,6 @@ fn published_table3_is_met_but_for_what_it_contradicts_itself() {
         // e_c: the paper's temperatures and pressure ratio themselves imply 0.839, 4.3 % lower.
         let limit = if row.variable == "e_c" { 4.3 } else { 2.5 };
         assert!(row.error_percent.abs() <= limit, "{row:?}");
-        let error = 100.0 * (row.model - row.paper) / row.paper;
-        assert!((row.error_percent - error).abs() < 1e-12, "{row:?}");
     }
     let mean = rows.iter().map(|row| row.error_percent.abs()).sum::<f64>() / rows.len() as f64;
     // The calibrated plant's own mean is 0.5 %; a parameter that slips moves several entries.
@@ -114,11 +112,14 @@ fn every_nominal_fault_is_seen_by_the_papers_output_after_its_onset() {
 }
 
 #[test]
-fn false_alarm_rates_carry_intervals_that_hold_them() {
+fn false_alarm_rates_leave_the_settling_out_and_carry_their_intervals() {
     for row in &reproduction().tables.observers {
-        for rate in [&row.false_alarms_cross_validated, &row.false_alarms_test] {
+        // Four healthy records of 600 s and a fifth, each less the same settling.
+        let [four, one] = [&row.false_alarms_cross_validated, &row.false_alarms_test];
+        assert!(one.hours < 600.0 / 3600.0, "{row:?}");
+        assert!((four.hours - 4.0 * one.hours).abs() < 1e-12, "{row:?}");
+        for rate in [four, one] {
             assert!(rate.per_hour_low <= rate.per_hour && rate.per_hour <= rate.per_hour_high);
-            assert!((rate.per_hour - rate.alarms as f64 / rate.hours).abs() < 1e-12);
         }
     }
 }
@@ -185,13 +186,31 @@ fn the_folder_is_complete_whole_and_self_contained() {
     }
 }
 
+/// The whole folder, byte for byte: pages, tables, figures and logs.
 #[test]
-fn one_thread_gives_the_same_numbers_as_all() {
+fn one_thread_writes_the_same_bytes_as_all_into_another_folder() {
+    let written = |what: &Reproduction| {
+        let folder = tempfile::tempdir().unwrap();
+        what.write(folder.path(), &Silent).unwrap();
+        folder
+    };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
         .build()
         .unwrap();
-    let alone = pool.install(|| reproduce(1, &Silent)).unwrap();
-    let text = |tables| serde_json::to_string(tables).unwrap();
-    assert_eq!(text(&alone.tables), text(&reproduction().tables));
+    let alone = pool.install(|| written(&reproduce(1, &Silent).unwrap()));
+    let all = written(reproduction());
+    let names = |folder: &Path| -> Vec<PathBuf> {
+        let inside = |path: &PathBuf| path.strip_prefix(folder).unwrap().to_owned();
+        files(folder).iter().map(inside).collect()
+    };
+    assert_eq!(names(alone.path()), names(all.path()));
+    for name in names(all.path()) {
+        let bytes = |folder: &Path| fs::read(folder.join(&name)).unwrap();
+        assert!(
+            bytes(alone.path()) == bytes(all.path()),
+            "{} differs",
+            name.display()
+        );
+    }
 }

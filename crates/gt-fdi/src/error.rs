@@ -70,6 +70,31 @@ pub enum FdiError {
         /// Largest modulus of the eigenvalues of A - K C (NaN when they were not found).
         spectral_radius: f64,
     },
+    /// A file's gain does not place the poles that stand beside it.
+    #[error(
+        "generator of `{output}`, gain: expected that of its poles, {expected} at state {state}, \
+         found {found}"
+    )]
+    Gain {
+        /// The model's output.
+        output: String,
+        /// 0-based state with the largest difference.
+        state: usize,
+        /// The gain that places the poles.
+        expected: f64,
+        /// The gain found.
+        found: f64,
+    },
+    /// A file's rate of false alarms does not follow from its counts.
+    #[error("false alarms, {what}: expected {expected} from the counts, found {found}")]
+    FalseAlarms {
+        /// The number looked at.
+        what: &'static str,
+        /// What the counts say.
+        expected: f64,
+        /// The value found.
+        found: f64,
+    },
     /// A number of a generator is NaN or infinite.
     #[error("generator of `{output}`, {what}: expected a finite number, found {found}")]
     NotFinite {

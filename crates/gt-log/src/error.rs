@@ -392,11 +392,11 @@ pub enum LogError {
     },
 
     /// JSON that cannot be read.
-    #[error("{}: line {line}, column {column}: {cause}", path.display())]
+    #[error("{}: {}{cause}", path.display(), json_place(*line, *column))]
     Json {
         /// The file.
         path: PathBuf,
-        /// The line, from 1.
+        /// The line, from 1; 0 where the whole document does not fit.
         line: usize,
         /// The column, from 1.
         column: usize,
@@ -538,5 +538,14 @@ fn list(names: &[String]) -> String {
     match names.len().checked_sub(SHOWN) {
         Some(more) if more > 0 => format!("{shown} and {more} more"),
         _ => shown,
+    }
+}
+
+/// Where a JSON document does not fit, ready to stand before the cause.
+fn json_place(line: usize, column: usize) -> String {
+    if line == 0 {
+        String::new()
+    } else {
+        format!("line {line}, column {column}: ")
     }
 }

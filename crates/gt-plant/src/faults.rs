@@ -289,6 +289,29 @@ impl Fault {
             _ => Ok(()),
         }
     }
+
+    /// Refuses a ramp that leaves what the plant can be in a run of `duration_s` seconds: 100 % of
+    /// the flow, the reading or the efficiency, or a lag that is not finite.
+    ///
+    /// # Errors
+    /// [`PlantError::Scenario`].
+    pub fn validate_by(&self, duration_s: f64) -> Result<(), PlantError> {
+        let size = self.magnitude(duration_s);
+        let (what, bound) = match self.case() {
+            FaultCase::CompressorFouling => ("size of compressor_fouling at the end [%]", 100.0),
+            FaultCase::ThermocoupleDrift => ("size of thermocouple_drift at the end [%]", 100.0),
+            FaultCase::TurbineDamage => ("size of turbine_damage at the end [%]", 100.0),
+            FaultCase::FuelActuatorLag => ("size of fuel_actuator_lag at the end [s]", f64::MAX),
+        };
+        if size.abs() < bound {
+            return Ok(());
+        }
+        Err(PlantError::Scenario {
+            what,
+            expected: "a size below 100 % (or finite, for a lag): set a limit or a lower rate",
+            found: size,
+        })
+    }
 }
 
 /// Sizes of the faults at one moment, as the plant's laws use them.

@@ -13,8 +13,9 @@ use crate::{PlantError, SAMPLE_TIME_S};
 pub const LONGEST_STEP_S: f64 = 3.4e-3;
 /// Most substeps that are accepted.
 const MOST_SUBSTEPS: usize = 10_000;
-/// Most samples of a record: nine days, about 5 GB.
-const MOST_SAMPLES: usize = 10_000_000;
+/// Most samples of a record: 44 hours, about 1 GB while it is made. Longer running is several runs
+/// under one seed.
+const MOST_SAMPLES: usize = 2_000_000;
 
 /// Everything that determines a run. Fields that a file leaves out keep their defaults.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -58,7 +59,7 @@ impl Scenario {
     /// Number of samples: the duration over the sample time, rounded.
     ///
     /// # Errors
-    /// [`PlantError::Duration`] when that is not between one and ten million.
+    /// [`PlantError::Duration`] when that is not between one and two million.
     pub fn samples(&self) -> Result<usize, PlantError> {
         let samples = (self.duration_s / SAMPLE_TIME_S).round();
         if samples >= 1.0 && samples <= MOST_SAMPLES as f64 {
@@ -96,6 +97,7 @@ impl Scenario {
         self.profile.validate()?;
         for (index, fault) in self.faults.iter().enumerate() {
             fault.validate()?;
+            fault.validate_by(self.duration_s)?;
             if self.faults[..index]
                 .iter()
                 .any(|other| other.case() == fault.case())

@@ -127,7 +127,7 @@ fn impossible_durations_are_refused() {
             duration_s,
             ..Scenario::default()
         });
-        let expected = format!("duration: expected between 0.08 and 800000 s, found {duration_s}");
+        let expected = format!("duration: expected between 0.08 and 160000 s, found {duration_s}");
         assert_eq!(message, expected);
     }
 }

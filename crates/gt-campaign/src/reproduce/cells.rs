@@ -8,7 +8,8 @@ use crate::report::text::digits;
 /// Why some entries of Table 3 cannot be met, beside the table.
 pub(super) const TABLE3_NOTE: &str = "\
 Zeros are calibration, not validation: the pressures and the temperatures before the turbine exit \
-are what the parameters were solved for. Independent checks are t7, q, P, e and the mass flows. The \
+are what the parameters were solved for, and the mass flows were reconciled with the table's own. \
+Independent checks are t7, the torques and the powers, as far as the table agrees with itself. The \
 paper's table contradicts itself in places: P_c exceeds P_t although nothing else drives the shaft, \
 t2 lies below t1 in an adiabatic duct, and t2, t3 and the pressure ratio imply e_c = 0.839 with \
 real specific heats (0.857 with a constant ratio of 1.4), not 0.8767. m1 is read as one of two \

@@ -203,7 +203,8 @@ impl Reproduction {
         ));
         facts.push((
             format!("{first_right} of {}", tables.detection.len()),
-            "nominal faults first seen by the paper's output, fixed thresholds".to_owned(),
+            "nominal faults first seen by the paper's output, one run each, fixed thresholds"
+                .to_owned(),
         ));
         page.facts(&facts);
     }

@@ -34,12 +34,7 @@ pub const SIGNATURE_ONSET_S: f64 = 30.0;
 pub const SIGNATURE_WINDOW_S: f64 = 60.0;
 
 /// The four cases of section 3.2.
-pub const CASES: [FaultCase; 4] = [
-    FaultCase::CompressorFouling,
-    FaultCase::ThermocoupleDrift,
-    FaultCase::TurbineDamage,
-    FaultCase::FuelActuatorLag,
-];
+pub const CASES: [FaultCase; 4] = FaultCase::ALL;
 
 /// A run that a table needs.
 #[derive(Debug, Clone)]

@@ -11,6 +11,7 @@ use super::records::{
 };
 use super::tables::Table9;
 use crate::error::{CampaignError, During as _};
+use crate::paper;
 
 /// Window of the moving mean in seconds.
 const MEAN_S: f64 = 8.0;
@@ -73,7 +74,7 @@ fn residuals(
                 }
                 Residual::Observer => {
                     let part = identified.model.output_model(0).during(&what)?;
-                    let pole = identified.monitored.observer_pole.unwrap_or(0.5);
+                    let pole = paper::default_pole(identified.monitored.tag);
                     let poles = vec![pole; part.model.nx()];
                     let generator = ResidualGenerator::observer(part.model, part.point, &poles)
                         .during(&what)?;

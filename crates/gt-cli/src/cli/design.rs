@@ -29,7 +29,7 @@ pub enum Statistic {
 #[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
-Example: gtfdi design --model model.json --healthy healthy.mcap --poles 0.7 --exceedance 0.01 \
+Example: gtfdi design --model model.json --healthy healthy.mcap --poles 0.7 --margin 1.2 \
 --consecutive 6 --out bank.json")]
 pub struct DesignArgs {
     /// Model file written by identify

@@ -49,7 +49,8 @@ pub struct IdentifyArgs {
     #[serde(flatten)]
     pub reading: DataArgs,
     /// Rows to identify on, 0-based and half open [default: all]
-    #[arg(long, env = "GTFDI_TRAIN", value_name = "A:B")]
+    #[arg(long, visible_alias = "rows", env = "GTFDI_TRAIN", value_name = "A:B")]
+    #[serde(alias = "rows")]
     pub train: Option<RowRange>,
     /// Rows to validate on [default: the training rows]
     #[arg(long, env = "GTFDI_VALIDATE", value_name = "A:B")]

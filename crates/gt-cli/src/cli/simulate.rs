@@ -35,7 +35,7 @@ pub struct SimulateArgs {
     /// [default: low]
     #[arg(long, env = "GTFDI_NOISE")]
     pub noise: Option<String>,
-    /// Faults, one [[fault]] table each
+    /// Faults, one `[[fault]]` table each
     #[arg(long, env = "GTFDI_FAULTS", value_name = "FILE.toml")]
     pub faults: Option<PathBuf>,
     /// Length of the run in seconds [default: 60]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use gt_log::{ModelFile, read_json, write_json};
-use gtfdi::core::{Dataset, Signal};
+use gtfdi::core::{Dataset, Signal, index_of};
 use gtfdi::fdi::{
     Bank, FalseAlarmRate, FdiError, OutputDetector, ResidualGenerator, ThresholdRule,
 };
@@ -15,7 +15,7 @@ use crate::Outcome;
 use crate::cli::{DesignArgs, GeneratorKind, GlobalArgs, Statistic};
 use crate::config::layered;
 use crate::failure::Failure;
-use crate::output::{number, print, print_json, table};
+use crate::output::{complain, number, print, print_json, table};
 use crate::record::{check_out, read_for, selection};
 
 /// The bank's name, part of its topics in a log.
@@ -186,6 +186,10 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         let detector = ResidualGenerator::observer(part.model, part.point, &poles)
             .and_then(|generator| OutputDetector::calibrate(generator, &healthy, rule))
             .map_err(|error| refused(&error, &args, &output.name, &healthy_paths, &healthy))?;
+        if let Some(warning) = useless(&detector, &healthy) {
+            complain(&format!("warning: {warning}"));
+            warnings.push(warning);
+        }
         detectors.push(detector);
     }
     let bank = Bank::new(BANK_NAME, detectors).map_err(Failure::input)?;
@@ -205,6 +209,27 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         print(&text(&report))?;
     }
     Ok(Outcome::Done)
+}
+
+/// What to say of a limit beyond everything that the output did: no fault would reach it.
+fn useless(detector: &OutputDetector, healthy: &[Dataset]) -> Option<String> {
+    let (name, limit) = (detector.name(), detector.threshold.limit);
+    let values = healthy.iter().flat_map(|data| {
+        let row = index_of(data.outputs(), name).ok();
+        row.into_iter()
+            .flat_map(|row| data.y().row(row).iter().copied().collect::<Vec<f64>>())
+    });
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+        (low.min(value), high.max(value))
+    });
+    (limit > high - low).then(|| {
+        format!(
+            "`{name}`: the limit {} is beyond the output's whole healthy range {}: slower poles \
+             amplify the model's error, faster ones (nearer 0) do not",
+            number(Some(limit)),
+            number(Some(high - low))
+        )
+    })
 }
 
 fn detector_report(detector: &OutputDetector) -> DetectorReport<'_> {

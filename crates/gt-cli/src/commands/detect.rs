@@ -11,7 +11,7 @@ use crate::Outcome;
 use crate::cli::{DetectArgs, FailOn, GlobalArgs};
 use crate::config::layered;
 use crate::failure::Failure;
-use crate::output::{number, print, print_json, table};
+use crate::output::{complain, number, print, print_json, table};
 use crate::record::{Read, check_out, read_for, selection};
 
 /// An alarm with every key that a verdict will have; what is not computed yet is null.
@@ -34,6 +34,7 @@ struct OutputReport<'a> {
     name: &'a str,
     threshold: f64,
     consecutive: usize,
+    judged_samples: usize,
     exceedance_share: Option<f64>,
     alarms: usize,
     false_alarms_per_hour: FalseAlarmRate,
@@ -70,11 +71,21 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     let bank: Bank = read_json(bank_path).map_err(Failure::input)?;
     let rows = args.rows.as_ref().map(|rows| rows.0.clone());
     let wanted = selection(bank.inputs(), bank.outputs(), &args.reading, rows);
-    let Read { imported, warnings } = read_for(path, &wanted, bank_path, bank.sample_time_s())?;
+    let Read {
+        imported,
+        mut warnings,
+    } = read_for(path, &wanted, bank_path, bank.sample_time_s())?;
     let data = &imported.dataset;
     let run = bank
         .run(data)
         .map_err(|error| Failure::in_file(path, error))?;
+    for (detector, judged) in bank.detectors().iter().zip(&run.judged) {
+        let settle = detector.generator.settle_samples();
+        if let Some(warning) = blind(detector.name(), *judged, settle, data.len()) {
+            complain(&format!("warning: {}: {warning}", path.display()));
+            warnings.push(warning);
+        }
+    }
     if let Some(out) = &args.out {
         let metadata = RunMetadata {
             seed: None,
@@ -92,11 +103,12 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         outputs: bank
             .detectors()
             .iter()
-            .zip(&run.share_above_limit)
-            .map(|(detector, share)| OutputReport {
+            .zip(run.judged.iter().zip(&run.share_above_limit))
+            .map(|(detector, (judged, share))| OutputReport {
                 name: detector.name(),
                 threshold: detector.threshold.limit,
                 consecutive: detector.threshold.consecutive,
+                judged_samples: *judged,
                 exceedance_share: share.is_finite().then_some(*share),
                 alarms: run
                     .alarms
@@ -119,6 +131,24 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         Some(FailOn::Alarm) if !run.alarms.is_empty() => Ok(Outcome::Found),
         _ => Ok(Outcome::Done),
     }
+}
+
+/// What to say of an output that was judged on fewer samples than the record holds after the first
+/// settling: silence there is no health.
+fn blind(output: &str, judged: usize, settle: usize, samples: usize) -> Option<String> {
+    let expected = samples.saturating_sub(settle);
+    if expected == 0 {
+        return Some(format!(
+            "`{output}` was never judged: its observer settles for {settle} samples, the record \
+             has {samples}"
+        ));
+    }
+    (judged < expected).then(|| {
+        format!(
+            "`{output}` was judged on {judged} of {samples} samples: others are missing, or too \
+             close after a missing one"
+        )
+    })
 }
 
 fn alarm_report(alarm: &Alarm) -> AlarmReport<'_> {
@@ -144,6 +174,7 @@ fn text(report: &Report) -> String {
             vec![
                 output.name.to_owned(),
                 number(Some(output.threshold)),
+                output.judged_samples.to_string(),
                 number(output.exceedance_share.map(|share| 100.0 * share)),
                 output.alarms.to_string(),
                 number(Some(output.false_alarms_per_hour.per_hour)),
@@ -154,6 +185,7 @@ fn text(report: &Report) -> String {
         &[
             "output",
             "limit",
+            "judged samples",
             "above limit %",
             "alarms",
             "false alarms/h when healthy",

@@ -54,6 +54,10 @@ fn fault_files() {
             "onset of a fault [s]: expected a finite number of at least 0, found -1",
         ),
         (
+            format!("{drift}rate_percent_per_h = 1e308\n"),
+            "size of thermocouple_drift at the end [%]: expected a size below 100 %",
+        ),
+        (
             format!("{drift}{rate}{drift}{rate}"),
             "expected each case once, found thermocouple_drift twice",
         ),
@@ -133,7 +137,23 @@ fn bank_files() {
     ];
     let refused = |message: &str| place.refused(&args, &["bad.json: ", message]);
     let first = "/detectors/0";
-    let cases: [Change; 5] = [
+    let cases: [Change; 7] = [
+        (
+            &|bank| {
+                let rate = "false_alarms/cross_validated/per_hour";
+                *bank
+                    .pointer_mut(&format!("{first}/{rate}"))
+                    .expect("a rate") = json!(-5.0);
+            },
+            "false alarms, per_hour: expected ",
+        ),
+        (
+            &|bank| {
+                let poles = bank.pointer_mut(&format!("{first}/generator/poles"));
+                poles.expect("poles")[0] = json!(0.1);
+            },
+            "gain: expected that of its poles, ",
+        ),
         (&|bank| bank["extra"] = json!(1), "unknown field `extra`"),
         (
             &|bank| bank["schema_version"] = json!(2),

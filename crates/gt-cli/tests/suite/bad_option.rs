@@ -208,27 +208,27 @@ fn simulations() {
         (
             "--seconds",
             "0",
-            "--seconds: expected between 0.08 and 800000 s, found 0",
+            "--seconds: expected between 0.08 and 160000 s, found 0",
         ),
         (
             "--seconds",
             "-5",
-            "--seconds: expected between 0.08 and 800000 s, found -5",
+            "--seconds: expected between 0.08 and 160000 s, found -5",
         ),
         (
             "--seconds",
             "NaN",
-            "--seconds: expected between 0.08 and 800000 s, found NaN",
+            "--seconds: expected between 0.08 and 160000 s, found NaN",
         ),
         (
             "--seconds",
             "1e300",
-            "--seconds: expected between 0.08 and 800000 s, found 1",
+            "--seconds: expected between 0.08 and 160000 s, found 1",
         ),
         (
             "--seconds",
             "inf",
-            "--seconds: expected between 0.08 and 800000 s, found inf",
+            "--seconds: expected between 0.08 and 160000 s, found inf",
         ),
         ("--seconds", "long", "--seconds"),
         ("--substeps", "2", "--substeps: expected"),

@@ -166,3 +166,47 @@ fn a_design_by_exceedance_reports_its_false_alarms() {
     let report = place.json(&["detect", "faulty.mcap", "--bank", "share.json"]);
     assert!(tags(&report).contains(&"t3"));
 }
+
+/// Silence of an observer that never settled is not health, and is said.
+#[test]
+fn an_output_that_was_never_judged_is_named() {
+    let place = place();
+    let args = ["detect", "fresh.mcap", "--bank", "bank.json"];
+    let short = place.json(&[&args[..], &["--rows", "0:5"]].concat());
+    assert_eq!(short["outputs"][0]["judged_samples"], 0);
+    let warnings = array(&short, "/warnings");
+    let never = |tag: &str| {
+        warnings.iter().any(|warning| {
+            let text = warning.as_str().expect("a text");
+            text.starts_with(&format!("`{tag}` was never judged"))
+        })
+    };
+    assert!(never("q_c") && never("t3"), "{warnings:?}");
+    let whole = place.json(&args);
+    assert_eq!(array(&whole, "/warnings").len(), 0);
+    assert!(number(&whole, "/outputs/0/judged_samples") > 4000.0);
+}
+
+/// Eight poles at 0.95 amplify the model's error by 1 / 0.05^8: the limit is of no use.
+#[test]
+fn a_limit_beyond_the_output_is_warned_of() {
+    let place = place();
+    let args = [
+        "design",
+        "--model",
+        "model.json",
+        "--healthy",
+        "second.mcap",
+    ];
+    let design = |pole| {
+        let tail = ["--poles", pole, "--out", "other.json"];
+        place.json(&[&args[..], &tail].concat())
+    };
+    let slow = design("0.95");
+    let text = slow["warnings"][0].as_str().expect("a warning");
+    assert!(
+        text.contains("beyond the output's whole healthy range"),
+        "{text}"
+    );
+    assert_eq!(array(&design("0.4"), "/warnings").len(), 0);
+}

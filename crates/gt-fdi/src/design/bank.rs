@@ -200,11 +200,13 @@ impl Bank {
             }
         }
         let share_above_limit = log.shares();
+        let judged = log.counts.iter().map(|&(judged, _)| judged).collect();
         Ok(BankRun {
             time_s,
             outputs,
             residuals,
             alarms: log.alarms,
+            judged,
             share_above_limit,
         })
     }
@@ -262,6 +264,8 @@ pub struct BankRun {
     pub residuals: DMatrix<f64>,
     /// Alarm events in order of time.
     pub alarms: Vec<Alarm>,
+    /// For each detector the samples that were judged: settled, with a residual.
+    pub judged: Vec<usize>,
     /// For each detector the share of its judged samples (settled, with a residual) above the
     /// limit; NaN when none was judged.
     pub share_above_limit: Vec<f64>,

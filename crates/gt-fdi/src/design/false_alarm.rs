@@ -11,8 +11,10 @@ const TAIL: f64 = 0.025;
 const STIRLING_FROM: usize = 256;
 
 /// Alarms counted on healthy running and the rate they support.
+///
+/// Deserialisation checks that the rate and its interval follow from the counts.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "Unchecked")]
 pub struct FalseAlarmRate {
     /// Alarm events.
     pub alarms: usize,
@@ -24,6 +26,41 @@ pub struct FalseAlarmRate {
     pub per_hour_low: f64,
     /// Upper end of the exact 95 % Poisson interval of the rate.
     pub per_hour_high: f64,
+}
+
+/// The fields of a [`FalseAlarmRate`] as they come from a file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Unchecked {
+    alarms: usize,
+    hours: f64,
+    per_hour: f64,
+    per_hour_low: f64,
+    per_hour_high: f64,
+}
+
+impl TryFrom<Unchecked> for FalseAlarmRate {
+    type Error = FdiError;
+
+    fn try_from(raw: Unchecked) -> Result<Self, FdiError> {
+        let rate = Self::from_counts(raw.alarms, raw.hours)?;
+        let pairs = [
+            ("per_hour", rate.per_hour, raw.per_hour),
+            ("per_hour_low", rate.per_hour_low, raw.per_hour_low),
+            ("per_hour_high", rate.per_hour_high, raw.per_hour_high),
+        ];
+        for (what, expected, found) in pairs {
+            // Another machine's logarithms may differ in the last digits.
+            if (expected - found).abs() > 1e-9 * expected || found.is_nan() {
+                return Err(FdiError::FalseAlarms {
+                    what,
+                    expected,
+                    found,
+                });
+            }
+        }
+        Ok(rate)
+    }
 }
 
 impl FalseAlarmRate {

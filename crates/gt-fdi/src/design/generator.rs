@@ -14,6 +14,10 @@ pub const SETTLE_LEVEL: f64 = 1e-4;
 /// The longest settling accepted, in samples: over two hours at 0.08 s, and slower is of no use.
 pub const MAX_SETTLE_SAMPLES: usize = 100_000;
 
+/// How far the gain in a file may be from that of its poles, relative to the largest entry: more
+/// than another machine's rounding, less than any other pole.
+const GAIN_TOLERANCE: f64 = 1e-6;
+
 /// An output observer (the paper's eq. 22) for one output:
 /// `r(t) = (y - y0) - C x - D (u - u0)`, `x(t+1) = A x + B (u - u0) + K r`, from `x(0) = 0`.
 ///
@@ -48,7 +52,20 @@ impl TryFrom<Unchecked> for ResidualGenerator {
     fn try_from(raw: Unchecked) -> Result<Self, FdiError> {
         check_single_output(&raw.model)?;
         check_poles(raw.model.nx(), &raw.poles)?;
-        Self::checked(raw.model, raw.gain, raw.point, raw.poles)
+        let read = Self::checked(raw.model, raw.gain, raw.point, raw.poles)?;
+        let placed = place(&read.model, &read.poles)?;
+        let scale = placed.amax().max(f64::MIN_POSITIVE);
+        let difference = (&placed - &read.gain).map(|value| value.abs() / scale);
+        if difference.iter().any(|value| *value > GAIN_TOLERANCE) {
+            let state = difference.imax();
+            return Err(FdiError::Gain {
+                output: read.output().name.clone(),
+                state,
+                expected: placed[state],
+                found: read.gain[state],
+            });
+        }
+        Ok(read)
     }
 }
 
