@@ -521,7 +521,7 @@ fn a_plant_that_leaves_its_range_says_when_and_what() {
     let fault = Fault::TurbineDamage {
         onset_s: 5.0,
         rate_percent_per_h: 36e3,
-        limit_percent: None,
+        limit_percent: Some(99.0),
     };
     let error = simulate(&Scenario {
         faults: vec![fault],
