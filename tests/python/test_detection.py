@@ -109,11 +109,15 @@ def test_design_counts_its_false_alarms(bank, model, records):
     residuals = [bank.detect(record).residuals for record in records[:3]]
     largest = max(np.abs(each[report["settle_samples"] :]).max() for each in residuals)
     assert report["limit"] == 1.5 * largest
-    # The default rule: one healthy sample in a hundred above the limit, six in a row.
-    default = gtfdi.design(model, records[:3])
-    (report,) = default.detectors
+    # The default rule: 1.2 times the largest healthy residual; the paper's pole for q_c.
+    (default,) = gtfdi.design(model, records[:3]).detectors
+    assert (default["consecutive"], default["poles"]) == (1, [0.7] * 8)
+    assert default["limit"] == 1.2 * largest
+    # One healthy sample in a hundred above the limit, six in a row.
+    by_share = gtfdi.design(model, records[:3], poles=0.5, exceedance=0.01)
+    (report,) = by_share.detectors
     assert (report["consecutive"], report["poles"]) == (6, [0.5] * 8)
-    shares = [default.detect(record).share_above_limit[0] for record in records[:3]]
+    shares = [by_share.detect(record).share_above_limit[0] for record in records[:3]]
     assert np.mean(shares) == pytest.approx(0.01, abs=1e-3)
     pairs = [(chosen.u, chosen.y) for chosen in (r.select(INPUTS, OUTPUTS) for r in records[:3])]
     assert gtfdi.design(model, pairs, poles={"q_c": 0.7}, margin=1.5) == bank

@@ -3,6 +3,7 @@
 import ast
 import doctest
 import inspect
+import re
 
 import numpy as np
 import pytest
@@ -76,3 +77,15 @@ def test_exceptions_have_one_root():
 
 def test_version_is_that_of_the_workspace(root):
     assert f'version = "{gtfdi.__version__}"' in (root / "Cargo.toml").read_text()
+
+
+def test_the_readme_runs_as_printed(root, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"^```python\n(.*?)^```", (root / "README.md").read_text(), re.M | re.S)
+    assert blocks
+    for block in blocks:
+        exec(compile(block, "README.md", "exec"), {})  # noqa: S102
+    # The thermocouple drifts, so its output alone alarms, after the onset at 60 s.
+    alarms = [ast.literal_eval(line) for line in capsys.readouterr().out.splitlines()]
+    assert {alarm["tag"] for alarm in alarms} == {"t3"}
+    assert min(alarm["time_s"] for alarm in alarms) > 60.0
