@@ -14,3 +14,8 @@ pub use gt_core as core;
 pub use gt_fdi as fdi;
 pub use gt_ident as ident;
 pub use gt_plant as plant;
+
+/// The Rust block of the README, run as a documentation test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
