@@ -1,7 +1,7 @@
 //! Sections 5.3 to 5.6: observers with the paper's poles, fixed thresholds, nominal faults.
 
 use gtfdi::core::Dataset;
-use gtfdi::fdi::{Bank, BankRun, FalseAlarmRate, OutputDetector, ResidualGenerator, ThresholdRule};
+use gtfdi::fdi::{Bank, BankRun, FalseAlarmRate, OutputDetector, ThresholdRule};
 use rayon::prelude::*;
 
 use super::models::Identified;
@@ -41,14 +41,9 @@ pub fn detection_definition(duration_s: f64) -> String {
 pub fn bank(models: &[Identified], records: &Records) -> Result<Bank, CampaignError> {
     let detectors = models
         .par_iter()
-        .filter_map(|identified| Some((identified, identified.monitored.observer_pole?)))
-        .map(|(identified, pole)| {
+        .filter(|identified| identified.monitored.observer_pole.is_some())
+        .map(|identified| {
             let tag = identified.monitored.tag;
-            let what = format!("observer of {tag}");
-            let part = identified.model.output_model(0).during(&what)?;
-            let poles = vec![pole; part.model.nx()];
-            let generator =
-                ResidualGenerator::observer(part.model, part.point, &poles).during(&what)?;
             let healthy = records.healthy[..HEALTHY_RECORDS]
                 .iter()
                 .map(|record| record.select(&[tag]))
@@ -57,7 +52,8 @@ pub fn bank(models: &[Identified], records: &Records) -> Result<Bank, CampaignEr
                 factor: MARGIN,
                 consecutive: 1,
             };
-            OutputDetector::calibrate(generator, &healthy, rule).during(&what)
+            OutputDetector::calibrate(identified.observer()?, &healthy, rule)
+                .during(&format!("threshold of {tag}"))
         })
         .collect::<Result<Vec<_>, CampaignError>>()?;
     Bank::new("observers", detectors).during("bank of observers")

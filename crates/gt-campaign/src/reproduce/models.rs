@@ -1,6 +1,7 @@
 //! Tables 5 and 6: a MISO ARX model of order 8 for every monitored output.
 
 use gtfdi::core::Dataset;
+use gtfdi::fdi::ResidualGenerator;
 use gtfdi::ident::{Arx, ArxModel, OrderKind, Validation, validate};
 use rayon::prelude::*;
 
@@ -27,6 +28,16 @@ pub struct Identified {
     pub model: ArxModel,
     /// Errors on the identification record and the two validation records.
     pub validations: [Validation; 3],
+}
+
+impl Identified {
+    /// The output observer with all poles at the paper's place for this output.
+    pub fn observer(&self) -> Result<ResidualGenerator, CampaignError> {
+        let what = format!("observer of {}", self.monitored.tag);
+        let part = self.model.output_model(0).during(&what)?;
+        let poles = vec![paper::default_pole(self.monitored.tag); part.model.nx()];
+        ResidualGenerator::observer(part.model, part.point, &poles).during(&what)
+    }
 }
 
 /// The smallest lags of [`paper::INPUTS`]: the valve angle is held from its sample on, the demanded

@@ -1,7 +1,7 @@
 //! Table 9: the signature matrices, computed from the runs.
 
 use gtfdi::core::Dataset;
-use gtfdi::fdi::{Feature, ResidualGenerator, signature};
+use gtfdi::fdi::{Feature, signature};
 use gtfdi::plant::{MapSet, SAMPLE_TIME_S};
 use rayon::prelude::*;
 
@@ -11,7 +11,6 @@ use super::records::{
 };
 use super::tables::Table9;
 use crate::error::{CampaignError, During as _};
-use crate::paper;
 
 /// Window of the moving mean in seconds.
 const MEAN_S: f64 = 8.0;
@@ -73,17 +72,8 @@ fn residuals(
                         .collect())
                 }
                 Residual::Observer => {
-                    let part = identified.model.output_model(0).during(&what)?;
-                    let pole = paper::default_pole(identified.monitored.tag);
-                    let poles = vec![pole; part.model.nx()];
-                    let generator = ResidualGenerator::observer(part.model, part.point, &poles)
-                        .during(&what)?;
-                    Ok(generator
-                        .residual(&data)
-                        .during(&what)?
-                        .iter()
-                        .copied()
-                        .collect())
+                    let residual = identified.observer()?.residual(&data).during(&what)?;
+                    Ok(residual.iter().copied().collect())
                 }
             }
         })

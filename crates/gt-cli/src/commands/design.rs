@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use gt_log::{ModelFile, read_json, write_json};
-use gtfdi::core::{Dataset, Signal, index_of};
+use gtfdi::core::{Dataset, Signal};
 use gtfdi::fdi::{
     Bank, FalseAlarmRate, FdiError, OutputDetector, ResidualGenerator, ThresholdRule,
 };
@@ -186,7 +186,7 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         let detector = ResidualGenerator::observer(part.model, part.point, &poles)
             .and_then(|generator| OutputDetector::calibrate(generator, &healthy, rule))
             .map_err(|error| refused(&error, &args, &output.name, &healthy_paths, &healthy))?;
-        if let Some(warning) = useless(&detector, &healthy) {
+        if let Some(warning) = useless(&detector, index, &healthy) {
             complain(&format!("warning: {warning}"));
             warnings.push(warning);
         }
@@ -211,17 +211,12 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// What to say of a limit beyond everything that the output did: no fault would reach it.
-fn useless(detector: &OutputDetector, healthy: &[Dataset]) -> Option<String> {
+/// What to say of a limit beyond everything that the output, row `index` of the records, did.
+fn useless(detector: &OutputDetector, index: usize, healthy: &[Dataset]) -> Option<String> {
     let (name, limit) = (detector.name(), detector.threshold.limit);
-    let values = healthy.iter().flat_map(|data| {
-        let row = index_of(data.outputs(), name).ok();
-        row.into_iter()
-            .flat_map(|row| data.y().row(row).iter().copied().collect::<Vec<f64>>())
-    });
-    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-        (low.min(value), high.max(value))
-    });
+    let values = healthy.iter().map(|data| data.y().row(index));
+    let high = values.clone().map(|row| row.max()).fold(f64::MIN, f64::max);
+    let low = values.map(|row| row.min()).fold(f64::MAX, f64::min);
     (limit > high - low).then(|| {
         format!(
             "`{name}`: the limit {} is beyond the output's whole healthy range {}: slower poles \
