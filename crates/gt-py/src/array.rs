@@ -149,6 +149,14 @@ pub fn json_out<'py, T: Serialize + ?Sized>(
     Ok(py.import("json")?.call_method1("loads", (text,))?)
 }
 
+/// The value that a JSON text holds, checked; `what` names it in the error.
+pub fn json_value<T: serde::de::DeserializeOwned>(
+    what: &'static str,
+    text: &str,
+) -> Result<T, Failure> {
+    serde_json::from_str(text).map_err(|cause| Failure::Json { what, cause })
+}
+
 /// The JSON form of a value.
 pub fn json_text<T: Serialize + ?Sized>(what: &'static str, value: &T) -> Result<String, Failure> {
     serde_json::to_string(value).map_err(|cause| Failure::Json { what, cause })

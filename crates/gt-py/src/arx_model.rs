@@ -9,7 +9,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 
-use crate::array::{json_out, json_text, pair_out, samples_out};
+use crate::array::{json_out, json_text, json_value, pair_out, samples_out};
 use crate::dataset::{Given, names};
 use crate::error::Failure;
 use crate::state_space::PyStateSpace;
@@ -210,10 +210,7 @@ impl PyArxModel {
     /// A model from the JSON that ``to_json`` gave; it is checked.
     #[classmethod]
     fn from_json(_class: &Bound<'_, PyType>, text: &str) -> Result<Self, Failure> {
-        let inner = serde_json::from_str(text).map_err(|cause| Failure::Json {
-            what: "ARX model",
-            cause,
-        })?;
+        let inner = json_value("ARX model", text)?;
         Ok(Self { inner })
     }
 

@@ -15,7 +15,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 use serde::Serialize;
 
-use crate::array::{json_out, json_text, samples_out};
+use crate::array::{json_out, json_text, json_value, samples_out};
 use crate::arx_model::PyArxModel;
 use crate::dataset::Given;
 use crate::detector::PyDetector;
@@ -147,10 +147,7 @@ impl PyBank {
     /// A bank from the JSON that ``to_json`` gave; it is checked.
     #[classmethod]
     fn from_json(_class: &Bound<'_, PyType>, text: &str) -> Result<Self, Failure> {
-        let inner = serde_json::from_str(text).map_err(|cause| Failure::Json {
-            what: "bank",
-            cause,
-        })?;
+        let inner = json_value("bank", text)?;
         Ok(Self { inner })
     }
 

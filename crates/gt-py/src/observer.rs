@@ -6,7 +6,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 
-use crate::array::{json_text, pair_out, vector};
+use crate::array::{json_text, json_value, pair_out, vector};
 use crate::arx_model::PyOutputModel;
 use crate::dataset::{Given, names};
 use crate::error::Failure;
@@ -104,10 +104,7 @@ impl PyObserver {
     /// An observer from the JSON that ``to_json`` gave; it is checked.
     #[classmethod]
     fn from_json(_class: &Bound<'_, PyType>, text: &str) -> Result<Self, Failure> {
-        let inner = serde_json::from_str(text).map_err(|cause| Failure::Json {
-            what: "observer",
-            cause,
-        })?;
+        let inner = json_value("observer", text)?;
         Ok(Self { inner })
     }
 

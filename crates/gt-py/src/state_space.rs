@@ -6,7 +6,7 @@ use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 
-use crate::array::{json_text, matrix, matrix_out, samples, samples_out, vector};
+use crate::array::{json_text, json_value, matrix, matrix_out, samples, samples_out, vector};
 use crate::dataset::{Names, names, signals};
 use crate::error::Failure;
 
@@ -164,10 +164,7 @@ impl PyStateSpace {
     /// A model from the JSON that ``to_json`` gave; it is checked.
     #[classmethod]
     fn from_json(_class: &Bound<'_, PyType>, text: &str) -> Result<Self, Failure> {
-        let inner = serde_json::from_str(text).map_err(|cause| Failure::Json {
-            what: "state-space model",
-            cause,
-        })?;
+        let inner = json_value("state-space model", text)?;
         Ok(Self { inner })
     }
 
