@@ -217,8 +217,20 @@ impl StateSpace {
             return Ok(Vec::new());
         }
         let iterations = SCHUR_ITERATIONS_PER_EIGENVALUE * self.nx();
-        Schur::try_new(self.a.clone(), f64::EPSILON, iterations)
-            .map(|schur| schur.complex_eigenvalues().iter().copied().collect())
+        let largest = self.a.amax();
+        if largest == 0.0 {
+            return Ok(vec![Complex::new(0.0, 0.0); self.nx()]);
+        }
+        // The decomposition scales its result back by the largest entry, and near a double pole
+        // that rounding can make an imaginary part NaN: with a largest entry of 1 it is exact.
+        Schur::try_new(&self.a / largest, f64::EPSILON, iterations)
+            .map(|schur| schur.complex_eigenvalues() * Complex::new(largest, 0.0))
+            .filter(|poles| {
+                poles
+                    .iter()
+                    .all(|pole| pole.re.is_finite() && pole.im.is_finite())
+            })
+            .map(|poles| poles.iter().copied().collect())
             .ok_or(ModelError::NoConvergence {
                 order: self.nx(),
                 iterations,
