@@ -1,16 +1,21 @@
-//! The measured channels: names and units of inputs and outputs, in the order of the records.
+//! The recorded channels: names and units of inputs and outputs, in the order of the records.
 
 use std::f64::consts::PI;
 
 use gt_core::Signal;
 
-use crate::dynamics::Point;
+use crate::dynamics::Instant;
+use crate::inputs::Inputs;
+use crate::real::Real;
 use crate::state::State;
+use crate::variant::Variant;
 
-/// Number of inputs of a record.
-pub const INPUTS: usize = 5;
-/// Number of outputs of a record.
-pub const OUTPUTS: usize = 28;
+/// Most inputs of a record.
+pub const INPUTS: usize = 7;
+/// Most measured outputs of a record.
+pub const OUTPUTS: usize = 31;
+/// All outputs: the measured ones, then those that only the simulator knows.
+pub const ALL_OUTPUTS: usize = OUTPUTS + HIDDEN_CHANNELS.len();
 
 /// What a channel measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -19,8 +24,12 @@ pub enum Quantity {
     ValveAngle,
     /// Demanded fuel flow.
     FuelDemand,
-    /// Set values and ambient conditions, which are known exactly.
+    /// A set value or a property of the fuel, which is known exactly.
     Known,
+    /// Ambient pressure.
+    AmbientPressure,
+    /// Ambient temperature.
+    AmbientTemperature,
     /// A pressure.
     Pressure,
     /// A mass flow.
@@ -33,19 +42,38 @@ pub enum Quantity {
     Power,
     /// A rotational speed.
     Speed,
+    /// Angle of the guide vanes.
+    VaneAngle,
+    /// An efficiency.
+    Efficiency,
 }
 
-/// Inputs: name, unit, kind.
-pub const INPUT_CHANNELS: [(&str, &str, Quantity); INPUTS] = [
+/// Name, unit, kind.
+pub type Description = (&'static str, &'static str, Quantity);
+
+/// Inputs; the guide vanes' angle in cogeneration only. It is the position, read with the outputs:
+/// outputs depend on it at once (`nk = 0`), as on `M_f`.
+pub(crate) const INPUT_CHANNELS: [Description; INPUTS] = [
     ("a_v", "deg", Quantity::ValveAngle),
     ("M_f", "kg/s", Quantity::FuelDemand),
     ("w_ref", "rad/s", Quantity::Known),
-    ("p_a", "Pa", Quantity::Known),
-    ("T_a", "K", Quantity::Known),
+    ("p_a", "Pa", Quantity::AmbientPressure),
+    ("T_a", "K", Quantity::AmbientTemperature),
+    ("LHV", "J/kg", Quantity::Known),
+    ("IGV", "deg", Quantity::VaneAngle),
 ];
 
-/// Outputs: name, unit, kind (Table 3 of the paper; p7 and t7 as decoded in the spec).
-pub const OUTPUT_CHANNELS: [(&str, &str, Quantity); OUTPUTS] = [
+/// What only the simulator knows: the efficiencies of Table 3 and the fuel flow that reaches the
+/// combustor, which a lazy actuator keeps apart from the demand `M_f`.
+pub const HIDDEN_CHANNELS: [Description; 3] = [
+    ("e_c", "", Quantity::Efficiency),
+    ("e_t", "", Quantity::Efficiency),
+    ("M_fc", "kg/s", Quantity::MassFlow),
+];
+
+/// Outputs: the 28 of Table 3 of the paper (p7 and t7 by elimination), and in cogeneration the
+/// electric power, the reading of the exhaust thermocouple and the exhaust flow.
+pub(crate) const OUTPUT_CHANNELS: [Description; OUTPUTS] = [
     ("p1", "Pa", Quantity::Pressure),
     ("p2", "Pa", Quantity::Pressure),
     ("p3", "Pa", Quantity::Pressure),
@@ -74,31 +102,62 @@ pub const OUTPUT_CHANNELS: [(&str, &str, Quantity); OUTPUTS] = [
     ("P_t", "W", Quantity::Power),
     ("w_t", "rad/s", Quantity::Speed),
     ("N_t", "rpm", Quantity::Speed),
+    ("P_e", "W", Quantity::Power),
+    ("T_ot", "K", Quantity::Temperature),
+    ("m_ot", "kg/s", Quantity::MassFlow),
 ];
 
-/// Row of the thermocouple t3 among the outputs.
-pub(crate) const T3: usize = 17;
+impl Variant {
+    /// The inputs that a record of this variant holds.
+    pub fn input_channels(self) -> &'static [Description] {
+        match self {
+            Self::Prototype => &INPUT_CHANNELS[..6],
+            Self::Cogeneration => &INPUT_CHANNELS,
+        }
+    }
 
-/// The input signals.
-pub fn input_signals() -> Vec<Signal> {
-    INPUT_CHANNELS
-        .iter()
+    /// The measured outputs of a record of this variant.
+    pub fn output_channels(self) -> &'static [Description] {
+        match self {
+            Self::Prototype => &OUTPUT_CHANNELS[..28],
+            Self::Cogeneration => &OUTPUT_CHANNELS,
+        }
+    }
+}
+
+/// The signals of channels.
+pub fn signals<'a>(channels: impl IntoIterator<Item = &'a Description>) -> Vec<Signal> {
+    channels
+        .into_iter()
         .map(|(name, unit, _)| Signal::new(*name, *unit))
         .collect()
 }
 
-/// The output signals.
-pub fn output_signals() -> Vec<Signal> {
-    OUTPUT_CHANNELS
-        .iter()
-        .map(|(name, unit, _)| Signal::new(*name, *unit))
-        .collect()
+/// The inputs of a record as the plant has them, and the demanded fuel flow.
+pub(crate) fn recorded_inputs(inputs: &Inputs, fuel_kg_s: f64, x: &State) -> [f64; INPUTS] {
+    [
+        inputs.valve_deg,
+        fuel_kg_s,
+        inputs.speed_reference_rad_s,
+        inputs.ambient_pa,
+        inputs.ambient_k,
+        inputs.heating_value_j_kg,
+        x.guide_vane_deg,
+    ]
 }
 
-/// The outputs of a state and its operating point, in the order of [`OUTPUT_CHANNELS`].
+/// All outputs of the plant at an instant: those of cogeneration, then [`HIDDEN_CHANNELS`].
 ///
-/// m1 is one of two equal intake legs; t6 = t5 because the bleed mixes in upstream.
-pub fn outputs(x: &State, point: &Point) -> [f64; OUTPUTS] {
+/// m1 is the measured one of two intake legs; t6 = t5 because the bleed mixes in upstream. `P_e`
+/// is meaningless where no generator is.
+#[inline(always)]
+pub fn outputs<R: Real>(
+    plant: &crate::PlantParameters,
+    inputs: &Inputs<R>,
+    x: &State<R>,
+    instant: &Instant<R>,
+) -> [R; ALL_OUTPUTS] {
+    let point = &instant.point;
     let w = x.speed_rad_s;
     [
         x.p1_pa,
@@ -108,7 +167,7 @@ pub fn outputs(x: &State, point: &Point) -> [f64; OUTPUTS] {
         x.p5_pa,
         x.p7_pa,
         x.p8_pa,
-        0.5 * x.intake_flow_kg_s,
+        x.intake_flow_kg_s * plant.intake.measured_leg_share,
         point.compression.flow_kg_s,
         x.m4_kg_s,
         x.m5_kg_s,
@@ -128,6 +187,12 @@ pub fn outputs(x: &State, point: &Point) -> [f64; OUTPUTS] {
         point.compression.power_w,
         point.expansion.power_w,
         w,
-        w * 30.0 / PI,
+        w * (30.0 / PI),
+        plant.generator.terminal_w(instant.load_n_m * w),
+        x.exhaust_reading_k,
+        x.exhaust_flow_kg_s,
+        point.compressor_efficiency(inputs, x.p3_pa),
+        point.expansion.efficiency,
+        instant.actuation.fuel_kg_s,
     ]
 }

@@ -1,4 +1,4 @@
-//! The parameters of the prototype, each with its unit and its source.
+//! The parameters of the plant, each with its unit and its source.
 //!
 //! Sources: *paper* is printed in Table 3, *derived* follows from Table 3 with the stated laws,
 //! *assumed* is a choice that the paper does not settle.
@@ -9,19 +9,23 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::PlantError;
+use crate::calibration::calibrated;
 use crate::components::actuator::Actuator;
 use crate::components::bleed::Bleed;
 use crate::components::combustor::Combustor;
 use crate::components::compressor::Compressor;
 use crate::components::duct::Duct;
 use crate::components::exhaust::Exhaust;
+use crate::components::generator::Generator;
 use crate::components::governor::Governor;
+use crate::components::guide_vanes::GuideVanes;
 use crate::components::intake::Intake;
 use crate::components::shaft::Shaft;
 use crate::components::turbine::Turbine;
 use crate::components::valve::Valve;
 use crate::components::volume::Volume;
-use crate::state::State;
+use crate::state::GAS_PATH_STATES;
+use crate::variant::Variant;
 
 /// Which compressor map: the paper prints none.
 ///
@@ -41,6 +45,14 @@ pub enum MapSet {
 impl MapSet {
     /// The names, in the order of the variants.
     pub const NAMES: &[&str] = &["paper", "axial"];
+
+    /// The exponents `aPR` and `am` and the slope `s0` of the analytic compressor map.
+    pub(crate) fn exponents(self) -> [f64; 3] {
+        match self {
+            Self::Paper => [1.2, 0.4, 0.5],
+            Self::Axial => [2.2, 1.6, 0.12],
+        }
+    }
 }
 
 impl fmt::Display for MapSet {
@@ -77,9 +89,11 @@ pub struct DesignPoint {
     pub ambient_pa: f64,
     /// Ambient temperature `T_a`, K (paper).
     pub ambient_k: f64,
-    /// Valve angle `a_v`, degrees (paper).
+    /// Lower heating value, J/kg (derived: heat balance of the combustor with its efficiency).
+    pub heating_value_j_kg: f64,
+    /// Valve angle `a_v`, degrees (prototype: paper; cogeneration: assumed, open).
     pub valve_deg: f64,
-    /// Speed `w_t`, rad/s (paper); the governor's set point.
+    /// Speed `w_t`, rad/s (paper); the governor's set point, or the grid's.
     pub speed_rad_s: f64,
     /// Intake flow, kg/s (derived: reconciled flows).
     pub intake_flow_kg_s: f64,
@@ -87,36 +101,36 @@ pub struct DesignPoint {
     pub combustor_flow_kg_s: f64,
     /// Exhaust flow, kg/s (derived: reconciled flows).
     pub exhaust_flow_kg_s: f64,
-    /// Pressures p1, p3, p4, p5, p7, p8, Pa (paper).
+    /// Pressures p1, p3, p4, p5, p7, p8, Pa (prototype: paper).
     pub pressures_pa: [f64; 6],
 }
 
 impl DesignPoint {
-    /// The design point as a state, with the fuel flow `fuel_kg_s`.
-    pub(crate) fn state(&self, fuel_kg_s: f64) -> State {
+    /// The gas path and the rotor at the design point, in the order of [`crate::state::State`].
+    pub(crate) fn gas_path(&self) -> [f64; GAS_PATH_STATES] {
         let [p1_pa, p3_pa, p4_pa, p5_pa, p7_pa, p8_pa] = self.pressures_pa;
-        State {
-            speed_rad_s: self.speed_rad_s,
-            intake_flow_kg_s: self.intake_flow_kg_s,
+        [
+            self.speed_rad_s,
+            self.intake_flow_kg_s,
             p1_pa,
             p3_pa,
-            m4_kg_s: self.intake_flow_kg_s,
+            self.intake_flow_kg_s,
             p4_pa,
-            m5_kg_s: self.combustor_flow_kg_s,
+            self.combustor_flow_kg_s,
             p5_pa,
             p7_pa,
             p8_pa,
-            exhaust_flow_kg_s: self.exhaust_flow_kg_s,
-            speed_error_integral_rad: 0.0,
-            actuator_fuel_kg_s: fuel_kg_s,
-        }
+            self.exhaust_flow_kg_s,
+        ]
     }
 }
 
 /// All parameters of the turbine.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlantParameters {
+    /// Which machine.
+    pub variant: Variant,
     /// The calibrated steady state.
     pub design: DesignPoint,
     /// Intake.
@@ -149,102 +163,37 @@ pub struct PlantParameters {
     pub shaft: Shaft,
     /// Speed governor.
     pub governor: Governor,
-    /// Fuel actuator.
+    /// Actuators of fuel and valve.
     pub actuator: Actuator,
+    /// Generator (cogeneration).
+    pub generator: Generator,
+    /// Inlet guide vanes and their controller (cogeneration).
+    pub guide_vanes: GuideVanes,
 }
 
 impl PlantParameters {
-    /// The parameters with the given compressor map; sources stand with the fields.
+    /// The parameters of a variant with the given compressor map, calibrated to Table 3; see
+    /// [`crate::calibration`].
+    pub fn new(variant: Variant, map_set: MapSet) -> Self {
+        calibrated(variant, map_set)
+    }
+
+    /// The prototype with the given compressor map.
     pub fn for_maps(map_set: MapSet) -> Self {
-        let [pressure_exponent, flow_exponent, line_slope] = match map_set {
-            MapSet::Paper => [1.2, 0.4, 0.5],
-            MapSet::Axial => [2.2, 1.6, 0.12],
-        };
-        let duct = |inertance_per_m, loss_pa_s2_kg2, head_pa| Duct {
-            inertance_per_m,
-            loss_pa_s2_kg2,
-            head_pa,
-        };
-        let volume = |volume_m3| Volume { volume_m3 };
-        Self {
-            design: DesignPoint {
-                ambient_pa: 101325.0,
-                ambient_k: 288.16,
-                valve_deg: 48.4934,
-                speed_rad_s: 1660.2491,
-                intake_flow_kg_s: 16.6638,
-                combustor_flow_kg_s: 13.2319,
-                exhaust_flow_kg_s: 16.8760,
-                pressures_pa: [
-                    102066.2356,
-                    1014989.5034,
-                    978218.3118,
-                    929453.2286,
-                    206408.6312,
-                    100900.0,
-                ],
-            },
-            intake: Intake {
-                duct: duct(12.0, 7.2024774, 2741.2356),
-                plenum: volume(0.5),
-                plenum_temperature_ratio: 1.0127932,
-                inlet_temperature_ratio: 0.94993635,
-                inlet_loss_pa_s2_kg2: 0.79432811,
-            },
-            compressor: Compressor {
-                design_flow_kg_s: 16.261601,
-                design_pressure_ratio: 9.9659569,
-                design_corrected_speed: 99.712305,
-                design_efficiency: 0.83943697,
-                pressure_exponent,
-                flow_exponent,
-                line_slope,
-                efficiency_speed_curvature: 0.6,
-                efficiency_pressure_curvature: 0.25,
-                exit_temperature_ratio: 0.99941,
-            },
-            compressor_exit: volume(0.08),
-            diffuser: duct(8.0, 132.42184, 0.0),
-            combustor_inlet: volume(0.20),
-            turbine_bleed: Bleed {
-                flow_function: 4.8432304e-5,
-            },
-            exhaust_bleed: Bleed {
-                flow_function: 3.5855132e-5,
-            },
-            liner: duct(10.0, 278.52524, 0.0),
-            combustor: Combustor {
-                effective_heating_value_j_kg: 46.984711e6,
-            },
-            combustor_exit: volume(0.15),
-            turbine: Turbine {
-                flow_constant: 5.7430714e-4,
-                design_efficiency: 0.80811502,
-                design_velocity_ratio: 2.5880762,
-                efficiency_curvature: 1.0,
-            },
-            exhaust: Exhaust {
-                turbine_exit: volume(0.8),
-                duct_volume: volume(2.0),
-                duct: duct(15.0, 10.533681, 3425.0),
-            },
-            valve: Valve {
-                full_area_m2: 0.17558347,
-            },
-            shaft: Shaft {
-                inertia_kg_m2: 4.0,
-                loss_n_m_s2: 4.37029e-6,
-            },
-            governor: Governor {
-                proportional_gain: 1.4e-3,
-                integral_gain: 1.0e-3,
-                design_fuel_kg_s: 0.21224,
-                minimum_fuel_kg_s: 0.05,
-                maximum_fuel_kg_s: 0.35,
-            },
-            actuator: Actuator {
-                shortest_lag_s: 0.01,
-            },
+        Self::new(Variant::Prototype, map_set)
+    }
+
+    /// Mechanical stops of the fuel valve, kg/s: closed, and the governor's largest flow.
+    #[inline(always)]
+    pub(crate) fn fuel_stops(&self) -> [f64; 2] {
+        [0.0, self.governor.maximum_fuel_kg_s]
+    }
+
+    /// Inertia of what is coupled to the turbine's shaft, kg m^2.
+    pub(crate) fn coupled_inertia_kg_m2(&self) -> f64 {
+        match self.variant {
+            Variant::Prototype => 0.0,
+            Variant::Cogeneration => self.generator.inertia_kg_m2,
         }
     }
 }

@@ -1,15 +1,18 @@
 //! The classical Runge-Kutta method of fourth order. It knows no turbine.
 
+use crate::real::Real;
+
 /// The state one step after `x`, for `x' = derivative(t, x)`.
 ///
 /// The classical tableau (Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I,
 /// table II.1.2): four evaluations, local error of order `step^5`.
-pub fn step<const N: usize>(
-    derivative: impl Fn(f64, &[f64; N]) -> [f64; N],
+#[inline(always)]
+pub fn step<R: Real, const N: usize>(
+    derivative: impl Fn(f64, &[R; N]) -> [R; N],
     t: f64,
-    x: &[f64; N],
+    x: &[R; N],
     step: f64,
-) -> [f64; N] {
+) -> [R; N] {
     let half = 0.5 * step;
     let k1 = derivative(t, x);
     let k2 = derivative(t + half, &advanced(x, &k1, half));
@@ -17,15 +20,17 @@ pub fn step<const N: usize>(
     let k4 = derivative(t + step, &advanced(x, &k3, step));
     let mut next = *x;
     for i in 0..N {
-        next[i] += step / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]);
+        let slope = (k2[i] + k3[i]) * 2.0 + k1[i] + k4[i];
+        next[i] = slope.mul_add(slope.like(step / 6.0), x[i]);
     }
     next
 }
 
-fn advanced<const N: usize>(x: &[f64; N], slope: &[f64; N], step: f64) -> [f64; N] {
+#[inline(always)]
+fn advanced<R: Real, const N: usize>(x: &[R; N], slope: &[R; N], step: f64) -> [R; N] {
     let mut next = *x;
     for i in 0..N {
-        next[i] += step * slope[i];
+        next[i] = slope[i].mul_add(slope[i].like(step), x[i]);
     }
     next
 }

@@ -3,147 +3,206 @@
 use gt_core::{Dataset, Signal};
 use nalgebra::DMatrix;
 
-use crate::channels::{INPUTS, OUTPUTS, input_signals, output_signals};
-use crate::dynamics::{Inputs, derivative, sample};
-use crate::excitation::Excitation;
-use crate::faults::{Fault, FaultCase, FaultSizes};
+use crate::channels::{HIDDEN_CHANNELS, OUTPUTS, recorded_inputs, signals};
+use crate::dynamics::derivative;
+use crate::faults::Fault;
+use crate::inputs::Inputs;
+use crate::recorder::{Path, Recorder};
 use crate::scenario::Scenario;
-use crate::sensors::{Deviations, NoiseLevel, add_drift, add_noise};
-use crate::state::State;
+use crate::sensors::{Deviations, NoiseBasis, measure};
+use crate::state::STATES;
 use crate::trim::steady_state;
-use crate::warning::{LimitCounter, Warning};
+use crate::warning::Warning;
 use crate::{PlantError, PlantParameters, SAMPLE_TIME_S, rk4};
 
 /// The record of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// What the plant did: no noise, and t3 as it is, not as a drifting thermocouple reads it.
+    /// What the plant did: no noise and no sensor fault; of actuators the demand.
     pub truth: Dataset,
-    /// What the sensors say: drift and noise included.
+    /// What the sensors say: noise and faults included.
     pub measured: Dataset,
+    /// Names and units of [`HIDDEN_CHANNELS`]: the two efficiencies and the fuel flow that reached
+    /// the combustor.
+    pub hidden_signals: Vec<Signal>,
+    /// What no sensor measures, at each sample (3 x N).
+    pub hidden: DMatrix<f64>,
     /// Name and unit of each fault of the scenario (nf).
     pub fault_signals: Vec<Signal>,
     /// Magnitude of each fault at each sample (nf x N).
     pub fault_magnitudes: DMatrix<f64>,
     /// What a reader of the record should know.
     pub warnings: Vec<Warning>,
+    /// Why the record is shorter than the scenario asks for, if it is: when the plant left the
+    /// range in which the model means something, and which quantity did.
+    pub ended: Option<PlantError>,
 }
 
-/// Runs a scenario with the parameters of its map set.
+/// Runs a scenario with the parameters of its variant and maps.
 ///
 /// # Errors
 /// See [`simulate_with`].
 pub fn simulate(scenario: &Scenario) -> Result<Run, PlantError> {
-    simulate_with(&PlantParameters::for_maps(scenario.map_set), scenario)
+    simulate_with(&scenario.parameters(), scenario)
 }
 
-/// Runs a scenario with given parameters, which replace those of its map set.
+/// Runs a scenario with given parameters, which replace those of its variant and maps.
 ///
-/// The run starts from the healthy equilibrium. At `t = k Ts`, `k = 0 .. N-1`, the outputs and the
-/// governor's demand are read; then valve, speed reference and dither move and are held until the
-/// next sample, while the governor acts continuously. `a_v` and `w_ref` are recorded as they are
-/// held from `t` on, so that a model needs no direct term for them; `M_f` is the demand that the
-/// outputs saw, and every output needs a direct term for it (`nk = 0`). Recording `a_v` before it
-/// moves would call for a direct term there too: without one, free runs of ARX models of order 8
-/// diverged.
+/// The run starts from the healthy equilibrium at the first boundary conditions. At `t = k Ts`,
+/// `k = 0 .. N-1`, the outputs and the controller's demand are read; then valve, references, dither
+/// and boundary conditions move and are held until the next sample, while the controllers act
+/// continuously. `a_v`, `w_ref`, `p_a`, `T_a` and `LHV` are recorded as they are held from `t` on,
+/// so that a model needs no direct term for them; `M_f` is the demand that the outputs saw, and
+/// every output needs a direct term for it (`nk = 0`); so it is with `IGV`, the position of the
+/// guide vanes. Recording `a_v` before it moves would call for a direct term there too: without
+/// one, free runs of ARX models of order 8 diverged.
 ///
-/// Where there is noise and a fault that acts on the plant, the healthy record is simulated too,
-/// because noise is scaled by it.
+/// Where noise is a share of what signals do and a fault acts on the plant, the healthy record is
+/// simulated too, because noise is scaled by it.
 ///
 /// # Errors
-/// [`PlantError`] when parameters or scenario are refused, when there is no equilibrium, or when
-/// the plant leaves the range in which the model means something.
+/// [`PlantError`] when parameters or scenario are refused, or when there is no equilibrium. A plant
+/// that leaves the range in which the model means something ends the record: [`Run::ended`].
 pub fn simulate_with(parameters: &PlantParameters, scenario: &Scenario) -> Result<Run, PlantError> {
-    scenario.validate()?;
-    let path = integrate(parameters, scenario, &scenario.faults)?;
-    let n = path.y.ncols();
-    let mut warnings = path.limits.warnings();
-    let (mut u, mut y) = (path.u.clone(), path.y.clone());
-    add_drift(&mut y, &scenario.faults, time_s);
-    if scenario.noise != NoiseLevel::None && !scenario.profile.excites() {
-        warnings.push(Warning::NoNoise);
-    } else if scenario.noise != NoiseLevel::None {
-        let reaches_plant = |fault: &Fault| {
-            fault.case() != FaultCase::ThermocoupleDrift && fault.magnitude(time_s(n - 1)) != 0.0
-        };
-        let deviations = if scenario.faults.iter().any(reaches_plant) {
-            let healthy = integrate(parameters, scenario, &[])?;
-            Deviations::of(&healthy.u, &healthy.y)
-        } else {
-            Deviations::of(&path.u, &path.y)
-        };
-        let key = [scenario.seed, scenario.run_index];
-        add_noise(&mut u, &mut y, scenario.noise, &deviations, key);
+    let path = Job::faulty(scenario).integrate(parameters)?;
+    let healthy = if scenario.needs_healthy_record() {
+        Some(Job::healthy(scenario).integrate(parameters)?)
+    } else {
+        None
+    };
+    finish(parameters, scenario, path, healthy.as_ref())
+}
+
+/// A scenario to be integrated: as it is, or without its faults.
+pub(crate) struct Job<'a> {
+    pub scenario: &'a Scenario,
+    faults: &'a [Fault],
+}
+
+impl<'a> Job<'a> {
+    /// The scenario as it is.
+    pub fn faulty(scenario: &'a Scenario) -> Self {
+        Self {
+            scenario,
+            faults: &scenario.faults,
+        }
     }
-    let dataset = |u, y| Dataset::new(input_signals(), output_signals(), u, y, SAMPLE_TIME_S);
+
+    /// The scenario without its faults.
+    pub fn healthy(scenario: &'a Scenario) -> Self {
+        Self {
+            scenario,
+            faults: &[],
+        }
+    }
+
+    /// Its recorder and the state in which it starts.
+    pub fn start<'p>(
+        &self,
+        parameters: &'p PlantParameters,
+    ) -> Result<(Recorder<'p>, [f64; STATES]), PlantError> {
+        self.scenario.validate_with(parameters)?;
+        Recorder::start(parameters, self.scenario, self.faults)
+    }
+
+    fn integrate(&self, parameters: &PlantParameters) -> Result<Path, PlantError> {
+        let step_s = self.scenario.step_s();
+        let (mut recorder, mut x) = self.start(parameters)?;
+        let mut sample = 0;
+        while recorder.sample(&x) {
+            let start_s = time_s(sample);
+            sample += 1;
+            let inputs = recorder.inputs();
+            for substep in 0..self.scenario.substeps {
+                let rates = |t: f64, x: &[f64; STATES]| {
+                    derivative(parameters, inputs, &recorder.sizes(t), x)
+                };
+                x = rk4::step(rates, start_s + substep as f64 * step_s, &x, step_s);
+            }
+        }
+        Ok(recorder.finish())
+    }
+}
+
+impl Scenario {
+    /// Whether noise is scaled by the healthy record, and a fault makes this one another.
+    pub(crate) fn needs_healthy_record(&self) -> bool {
+        let reaches_plant =
+            |fault: &Fault| fault.target.reaches_plant() && fault.onset_s <= self.duration_s;
+        self.noise.is_share_of_signals() && self.excites() && self.faults.iter().any(reaches_plant)
+    }
+}
+
+/// The record of an integrated path: sensors, noise, ground truth. `healthy` is the path without
+/// faults, where [`Scenario::needs_healthy_record`].
+pub(crate) fn finish(
+    parameters: &PlantParameters,
+    scenario: &Scenario,
+    path: Path,
+    healthy: Option<&Path>,
+) -> Result<Run, PlantError> {
+    let variant = parameters.variant;
+    let mut warnings = path.warnings;
+    if scenario.noise.is_share_of_signals() && !scenario.excites() {
+        warnings.push(Warning::NoNoise);
+    }
+    let n = path.y.ncols();
+    let truth_y = path.y.rows(0, variant.output_channels().len()).into_owned();
+    let hidden = path.y.rows(OUTPUTS, HIDDEN_CHANNELS.len()).into_owned();
+    let (mut u, mut y) = (path.u.clone(), truth_y.clone());
+    let (reference_u, reference_y) = healthy.map_or((&u, &y), |path| (&path.u, &path.y));
+    let basis = NoiseBasis {
+        // What moves in a plant at rest is rounding.
+        signals: if scenario.noise.is_share_of_signals() && scenario.excites() {
+            Deviations::of(reference_u, reference_y)
+        } else {
+            Deviations::zero()
+        },
+        design: if scenario.noise.is_share_of_design() {
+            design_values(parameters)?
+        } else {
+            Vec::new()
+        },
+    };
+    measure(
+        [&mut u, &mut y],
+        &scenario.faults,
+        &scenario.noise,
+        &basis,
+        [scenario.seed, scenario.run_index],
+        time_s,
+    );
+    let inputs = signals(variant.input_channels());
+    let outputs = signals(variant.output_channels());
     Ok(Run {
-        truth: dataset(path.u, path.y)?,
-        measured: dataset(u, y)?,
-        fault_signals: scenario.faults.iter().map(Fault::signal).collect(),
+        truth: Dataset::new(
+            inputs.clone(),
+            outputs.clone(),
+            path.u,
+            truth_y,
+            SAMPLE_TIME_S,
+        )?,
+        measured: Dataset::new(inputs, outputs, u, y, SAMPLE_TIME_S)?,
+        hidden_signals: signals(&HIDDEN_CHANNELS),
+        hidden,
+        fault_signals: Fault::signals(&scenario.faults),
         fault_magnitudes: DMatrix::from_fn(scenario.faults.len(), n, |row, k| {
             scenario.faults[row].magnitude(time_s(k))
         }),
         warnings,
+        ended: path.ended,
     })
 }
 
+/// The values of all channels, inputs first, at the healthy equilibrium of the design point.
+fn design_values(parameters: &PlantParameters) -> Result<Vec<f64>, PlantError> {
+    let steady = steady_state(parameters)?;
+    let inputs = Inputs::design(parameters);
+    let recorded = recorded_inputs(&inputs, steady.point.fuel_kg_s, &steady.state);
+    Ok([recorded.as_slice(), &steady.outputs[..OUTPUTS]].concat())
+}
+
 /// Time of sample `k`, s.
-fn time_s(k: usize) -> f64 {
+pub(crate) fn time_s(k: usize) -> f64 {
     k as f64 * SAMPLE_TIME_S
-}
-
-/// The true inputs (5 x N) and outputs (28 x N) of a run.
-struct Path {
-    u: DMatrix<f64>,
-    y: DMatrix<f64>,
-    limits: LimitCounter,
-}
-
-fn integrate(
-    parameters: &PlantParameters,
-    scenario: &Scenario,
-    faults: &[Fault],
-) -> Result<Path, PlantError> {
-    let n = scenario.samples()?;
-    let step_s = scenario.step_s();
-    let design = Inputs::design(parameters);
-    let mut inputs = design;
-    let mut excitation = Excitation::new(&scenario.profile, scenario.seed, scenario.run_index);
-    let mut x = steady_state(parameters)?.state.to_array();
-    let mut path = Path {
-        u: DMatrix::zeros(INPUTS, n),
-        y: DMatrix::zeros(OUTPUTS, n),
-        limits: LimitCounter::default(),
-    };
-    for k in 0..n {
-        let t = time_s(k);
-        let sizes = FaultSizes::at(faults, t);
-        let sampled = sample(parameters, &inputs, &sizes, &State::from_array(&x), t)?;
-        path.limits.see(sampled.demand.limit, t);
-        path.y.column_mut(k).copy_from_slice(&sampled.outputs);
-        let deviation = excitation.step();
-        inputs.valve_deg = design.valve_deg + deviation.valve_deg;
-        inputs.speed_reference_rad_s =
-            design.speed_reference_rad_s * (1.0 + deviation.speed_fraction);
-        inputs.fuel_dither_kg_s = parameters.governor.design_fuel_kg_s * deviation.dither_fraction;
-        path.u.column_mut(k).copy_from_slice(&[
-            inputs.valve_deg,
-            sampled.demand.fuel_kg_s,
-            inputs.speed_reference_rad_s,
-            inputs.ambient_pa,
-            inputs.ambient_k,
-        ]);
-        if k + 1 == n {
-            break;
-        }
-        for substep in 0..scenario.substeps {
-            let start_s = t + substep as f64 * step_s;
-            let rates = |t: f64, x: &[f64; _]| {
-                derivative(parameters, &inputs, &FaultSizes::at(faults, t), x)
-            };
-            x = rk4::step(rates, start_s, &x, step_s);
-            State::from_array(&x).check(start_s + step_s)?;
-        }
-    }
-    Ok(path)
 }

@@ -1,6 +1,7 @@
 //! What parameters are physically possible.
 
 use crate::components::governor::Governor;
+use crate::maps::{CompressorMap, MapKind, TurbineMap};
 use crate::{PlantError, PlantParameters};
 
 /// What a value must be.
@@ -42,11 +43,11 @@ impl Rule {
     }
 }
 
-/// Name, value and rule of fields of a struct, grouped by rule.
+/// Name, value and rule of fields of a struct, grouped by rule; names begin with the prefix.
 macro_rules! numbers {
-    ($of:expr; $($rule:ident { $($first:ident $(. $rest:ident)*),+ $(,)? })+) => {
+    ($prefix:literal, $of:expr; $($rule:ident { $($first:ident $(. $rest:ident)*),+ $(,)? })+) => {
         [$($((
-            concat!(stringify!($first) $(, ".", stringify!($rest))*),
+            concat!($prefix, stringify!($first) $(, ".", stringify!($rest))*),
             $of.$first $(.$rest)*,
             Rule::$rule,
         )),+),+]
@@ -63,7 +64,12 @@ impl PlantParameters {
             .design
             .pressures_pa
             .map(|p| ("design.pressures_pa", p, Rule::Positive));
-        for (name, found, rule) in self.numbers().into_iter().chain(pressures) {
+        for (name, found, rule) in self
+            .numbers()
+            .into_iter()
+            .chain(pressures)
+            .chain(map_numbers(self))
+        {
             if !rule.holds(found) {
                 return Err(PlantError::Parameter {
                     name,
@@ -72,6 +78,20 @@ impl PlantParameters {
                 });
             }
         }
+        let kinds = [
+            (
+                "compressor",
+                self.compressor.map.kind(),
+                MapKind::Compressor,
+            ),
+            ("turbine", self.turbine.map.kind(), MapKind::Turbine),
+        ];
+        for (component, found, expected) in kinds {
+            if found != expected {
+                return Err(PlantError::MapOfOther { component, found });
+            }
+        }
+        self.check_ranges()?;
         let Governor {
             design_fuel_kg_s,
             minimum_fuel_kg_s,
@@ -95,12 +115,64 @@ impl PlantParameters {
         Ok(())
     }
 
-    /// All numbers but the pressures of the design point.
-    fn numbers(&self) -> [(&'static str, f64, Rule); 54] {
-        numbers! { self;
+    /// Refuses ranges of maps that are upside down, and vanes that would stop the flow.
+    fn check_ranges(&self) -> Result<(), PlantError> {
+        let mut ranges = Vec::new();
+        if let CompressorMap::Analytic(map) = &self.compressor.map {
+            ranges.push(("compressor.map.analytic.range.speed", map.range.speed));
+            ranges.push(("compressor.map.analytic.range.load", map.range.load));
+        }
+        if let TurbineMap::Analytic(map) = &self.turbine.map {
+            ranges.push(("turbine.map.analytic.range.speed", map.range.speed));
+            ranges.push(("turbine.map.analytic.range.load", map.range.load));
+        }
+        for (name, [low, high]) in ranges {
+            if low >= high {
+                return Err(PlantError::Parameter {
+                    name,
+                    expected: "a lower end below the upper one",
+                    found: low,
+                });
+            }
+        }
+        let vanes = &self.guide_vanes;
+        let closed = vanes.effect(vanes.closed_deg);
+        let effects = [
+            (
+                "guide_vanes.flow_loss_per_deg",
+                vanes.flow_loss_per_deg,
+                closed.flow,
+            ),
+            (
+                "guide_vanes.pressure_loss_per_deg",
+                vanes.pressure_loss_per_deg,
+                closed.pressure_rise,
+            ),
+            (
+                "guide_vanes.efficiency_loss_per_deg2",
+                vanes.efficiency_loss_per_deg2,
+                closed.efficiency,
+            ),
+        ];
+        for (name, found, left) in effects {
+            if left <= 0.0 {
+                return Err(PlantError::Parameter {
+                    name,
+                    expected: "a loss that leaves something at the closed stop",
+                    found,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// All numbers but the pressures of the design point and those of the maps.
+    fn numbers(&self) -> [(&'static str, f64, Rule); 64] {
+        numbers! { "", self;
             Positive {
                 design.ambient_pa,
                 design.ambient_k,
+                design.heating_value_j_kg,
                 design.speed_rad_s,
                 design.intake_flow_kg_s,
                 design.combustor_flow_kg_s,
@@ -109,51 +181,98 @@ impl PlantParameters {
                 intake.plenum.volume_m3,
                 intake.plenum_temperature_ratio,
                 intake.inlet_temperature_ratio,
-                compressor.design_flow_kg_s,
                 compressor.design_corrected_speed,
                 compressor.exit_temperature_ratio,
                 compressor_exit.volume_m3,
                 diffuser.inertance_per_m,
                 combustor_inlet.volume_m3,
                 liner.inertance_per_m,
-                combustor.effective_heating_value_j_kg,
                 combustor_exit.volume_m3,
-                turbine.flow_constant,
-                turbine.design_velocity_ratio,
+                turbine.design_corrected_speed,
                 exhaust.turbine_exit.volume_m3,
                 exhaust.duct_volume.volume_m3,
                 exhaust.duct.inertance_per_m,
                 valve.full_area_m2,
                 shaft.inertia_kg_m2,
                 governor.integral_gain,
+                governor.tracking_s,
                 governor.design_fuel_kg_s,
                 governor.maximum_fuel_kg_s,
                 actuator.shortest_lag_s,
+                generator.pull_out_power_w,
+                generator.electrical_ratio,
+                guide_vanes.set_point_k,
+                guide_vanes.integral_deg_k_s,
+                guide_vanes.thermocouple_s,
+                guide_vanes.tracking_s,
+                guide_vanes.positioner_s,
+                guide_vanes.slew_deg_s,
             }
             NotNegative {
                 intake.duct.loss_pa_s2_kg2,
                 intake.inlet_loss_pa_s2_kg2,
-                compressor.pressure_exponent,
-                compressor.flow_exponent,
-                compressor.line_slope,
-                compressor.efficiency_speed_curvature,
-                compressor.efficiency_pressure_curvature,
                 diffuser.loss_pa_s2_kg2,
                 turbine_bleed.flow_function,
                 exhaust_bleed.flow_function,
                 liner.loss_pa_s2_kg2,
-                turbine.efficiency_curvature,
                 exhaust.duct.loss_pa_s2_kg2,
                 shaft.loss_n_m_s2,
                 governor.proportional_gain,
                 governor.minimum_fuel_kg_s,
+                generator.damping_n_m_s,
+                generator.inertia_kg_m2,
+                generator.no_load_loss_w,
+                generator.copper_loss_per_w,
+                guide_vanes.flow_loss_per_deg,
+                guide_vanes.pressure_loss_per_deg,
+                guide_vanes.efficiency_loss_per_deg2,
+                guide_vanes.proportional_deg_k,
+                guide_vanes.derivative_deg_s_k,
             }
             Finite { intake.duct.head_pa, diffuser.head_pa, liner.head_pa, exhaust.duct.head_pa }
-            Efficiency { compressor.design_efficiency, turbine.design_efficiency }
-            AboveOne { compressor.design_pressure_ratio }
-            Angle { design.valve_deg }
+            Efficiency { combustor.efficiency, intake.measured_leg_share }
+            Angle { design.valve_deg, guide_vanes.closed_deg }
         }
     }
+}
+
+/// The numbers of analytic maps; tables are checked when they are made.
+fn map_numbers(plant: &PlantParameters) -> Vec<(&'static str, f64, Rule)> {
+    let mut found = Vec::new();
+    if let CompressorMap::Analytic(map) = &plant.compressor.map {
+        found.extend(numbers! { "compressor.map.analytic.", map;
+            Positive { design_flow_kg_s }
+            AboveOne { design_pressure_ratio }
+            Efficiency { design_efficiency }
+            NotNegative {
+                pressure_exponent,
+                flow_exponent,
+                line_slope,
+                efficiency_speed_curvature,
+                efficiency_pressure_curvature,
+            }
+        });
+        let [low, high] = map.range.speed;
+        found.push(("compressor.map.analytic.range.speed", low, Rule::Positive));
+        found.push(("compressor.map.analytic.range.speed", high, Rule::Positive));
+        let [low, high] = map.range.load;
+        found.push(("compressor.map.analytic.range.load", low, Rule::Positive));
+        found.push(("compressor.map.analytic.range.load", high, Rule::Positive));
+    }
+    if let TurbineMap::Analytic(map) = &plant.turbine.map {
+        found.extend(numbers! { "turbine.map.analytic.", map;
+            Positive { flow_constant, design_velocity_ratio }
+            Efficiency { design_efficiency }
+            NotNegative { efficiency_curvature }
+        });
+        let [low, high] = map.range.speed;
+        found.push(("turbine.map.analytic.range.speed", low, Rule::Positive));
+        found.push(("turbine.map.analytic.range.speed", high, Rule::Positive));
+        let [low, high] = map.range.load;
+        found.push(("turbine.map.analytic.range.load", low, Rule::AboveOne));
+        found.push(("turbine.map.analytic.range.load", high, Rule::AboveOne));
+    }
+    found
 }
 
 #[cfg(test)]
@@ -177,7 +296,8 @@ mod tests {
                     .enumerate()
                     .for_each(|(i, of)| leaves(of, &format!("{path}/{i}"), found));
             }
-            _ => found.push(path.to_owned()),
+            Value::Number(_) => found.push(path.to_owned()),
+            _ => {}
         }
     }
 
@@ -186,7 +306,7 @@ mod tests {
         let tree = serde_json::to_value(PlantParameters::for_maps(MapSet::Paper)).unwrap();
         let mut paths = Vec::new();
         leaves(&tree, "", &mut paths);
-        assert_eq!(paths.len(), 60, "54 numbers and 6 pressures: {paths:?}");
+        assert_eq!(paths.len(), 90, "70 numbers, 6 pressures, 14 of maps");
         for path in paths.iter().filter(|path| !path.ends_with("head_pa")) {
             let mut changed = tree.clone();
             *changed.pointer_mut(path).unwrap() = Value::from(-1.0);
@@ -206,10 +326,12 @@ mod tests {
     fn impossible_values_are_named() {
         let mut parameters = PlantParameters::for_maps(MapSet::Axial);
         assert_eq!(parameters.validate(), Ok(()));
-        parameters.turbine.design_efficiency = 1.2;
+        if let TurbineMap::Analytic(map) = &mut parameters.turbine.map {
+            map.design_efficiency = 1.2;
+        }
         assert_eq!(
             parameters.validate().unwrap_err().to_string(),
-            "plant parameter turbine.design_efficiency: expected a number above 0 and at most 1, \
+            "plant parameter turbine.map.analytic.design_efficiency: expected a number above 0 and at most 1, \
              found 1.2"
         );
         parameters = PlantParameters::for_maps(MapSet::Paper);

@@ -4,11 +4,12 @@
     reason = "the helpers stand outside the test functions"
 )]
 
-use gt_plant::dynamics::{Inputs, derivative};
-use gt_plant::excitation::Excitation;
+use gt_plant::drive::Drive;
+use gt_plant::dynamics::derivative;
 use gt_plant::{
-    Fault, FaultCase, FaultSizes, MapSet, NoiseLevel, PlantError, PlantParameters, Profile, Run,
-    SAMPLE_TIME_S, Scenario, Warning, rk4, simulate, simulate_with, steady_state,
+    Boundary, Disturbance, Fault, FaultCase, FaultSizes, Inputs, MapSet, Noise, NoiseLevel,
+    PlantError, PlantParameters, Profile, Run, SAMPLE_TIME_S, Scenario, Seen, Variant, Warning,
+    rk4, simulate, simulate_with, steady_state,
 };
 use nalgebra::DMatrix;
 
@@ -18,6 +19,12 @@ fn scenario(duration_s: f64) -> Scenario {
         seed: 7,
         ..Scenario::default()
     }
+}
+
+/// The drive of a run at design conditions.
+fn undisturbed(profile: &Profile, seed: u64) -> Drive {
+    let (boundary, disturbance) = (Boundary::default(), Disturbance::default());
+    Drive::new(profile, &boundary, &disturbance, seed, 0)
 }
 
 fn row(run: &Run, truth: bool, name: &str) -> Vec<f64> {
@@ -32,7 +39,7 @@ fn bits(matrix: &DMatrix<f64>) -> Vec<u64> {
 
 #[test]
 fn unexcited_healthy_run_stays_at_its_equilibrium() {
-    let profile = Profile::named("steady").unwrap();
+    let profile = Profile::named(Variant::Prototype, "steady").unwrap();
     let run = simulate(&Scenario {
         profile,
         ..scenario(600.0)
@@ -62,7 +69,7 @@ fn rk4_is_of_fourth_order_on_the_plant() {
         x
     };
     let states = [40, 80, 160].map(end);
-    let distance = |a: &[f64; 13], b: &[f64; 13]| {
+    let distance = |a: &[f64; 18], b: &[f64; 18]| {
         (0..11)
             .map(|i| ((a[i] - b[i]) / start[i]).powi(2))
             .sum::<f64>()
@@ -101,7 +108,7 @@ fn default_step_is_fine_enough() {
 #[test]
 fn seed_and_run_index_alone_determine_a_run() {
     let noisy = Scenario {
-        noise: NoiseLevel::Table8,
+        noise: NoiseLevel::Table8.into(),
         ..scenario(20.0)
     };
     let first = simulate(&noisy).unwrap();
@@ -144,7 +151,7 @@ fn excitation_depends_on_nothing_but_profile_and_seed() {
         (
             "noise",
             Scenario {
-                noise: NoiseLevel::Table8,
+                noise: NoiseLevel::Table8.into(),
                 ..scenario(30.0)
             },
         ),
@@ -195,9 +202,9 @@ fn recorded_inputs_are_what_the_outputs_saw() {
     }
     // Valve and reference are recorded as they are held from the sample on.
     let parameters = PlantParameters::for_maps(MapSet::Paper);
-    let mut excitation = Excitation::new(&Profile::default(), 7, 0);
+    let mut drive = undisturbed(&Profile::default(), 7);
     for column in run.truth.u().column_iter() {
-        let deviation = excitation.step();
+        let deviation = drive.step();
         let valve_deg = parameters.design.valve_deg + deviation.valve_deg;
         let speed_rad_s = parameters.design.speed_rad_s * (1.0 + deviation.speed_fraction);
         assert!((column[0] - valve_deg).abs() < 1e-12);
@@ -206,21 +213,24 @@ fn recorded_inputs_are_what_the_outputs_saw() {
     let before = steady_state(&parameters).unwrap();
     assert_eq!(
         run.truth.y().column(0).as_slice(),
-        before.outputs.as_slice(),
+        &before.outputs[..28],
         "no step at once"
     );
+    // Efficiencies and the fuel in the combustor, which is the demand in a healthy plant.
+    assert_eq!(run.hidden.column(0).as_slice(), &before.outputs[31..]);
+    assert_eq!(run.hidden.row(2), run.truth.u().row(1));
     assert_eq!(run.truth.time_s(0).to_bits(), 0.0f64.to_bits());
 }
 
 #[test]
 fn excitation_keeps_its_limits() {
-    let profile = Profile::named("wide").unwrap();
-    let mut excitation = Excitation::new(&profile, 3, 0);
+    let profile = Profile::named(Variant::Prototype, "wide").unwrap();
+    let mut drive = undisturbed(&profile, 3);
     let (mut valve, mut speed) = (Vec::new(), Vec::new());
     let (mut dither_sum, mut dither_squares) = (0.0, 0.0);
     let n = 1_000_000;
     for _ in 0..n {
-        let deviation = excitation.step();
+        let deviation = drive.step();
         valve.push(deviation.valve_deg);
         speed.push(deviation.speed_fraction);
         dither_sum += deviation.dither_fraction;
@@ -254,7 +264,7 @@ fn excitation_keeps_its_limits() {
 #[test]
 fn published_table_8_noise() {
     let run = simulate(&Scenario {
-        noise: NoiseLevel::Table8,
+        noise: NoiseLevel::Table8.into(),
         ..scenario(600.0)
     })
     .unwrap();
@@ -317,7 +327,7 @@ fn published_table_8_noise() {
 #[test]
 fn low_noise_is_one_percent_of_each_signal() {
     let run = simulate(&Scenario {
-        noise: NoiseLevel::Low,
+        noise: NoiseLevel::Low.into(),
         ..scenario(600.0)
     })
     .unwrap();
@@ -332,16 +342,12 @@ fn low_noise_is_one_percent_of_each_signal() {
 #[test]
 fn a_fault_changes_no_sensor() {
     let healthy = simulate(&Scenario {
-        noise: NoiseLevel::Table8,
+        noise: NoiseLevel::Table8.into(),
         ..scenario(60.0)
     })
     .unwrap();
-    let fault = Fault::TurbineDamage {
-        onset_s: 10.0,
-        rate_percent_per_h: 360.0,
-        limit_percent: None,
-    };
-    let noise = NoiseLevel::Table8;
+    let fault = Fault::growing(FaultCase::TurbineDamage, 10.0, 360.0, None);
+    let noise = Noise::from(NoiseLevel::Table8);
     let faulty = simulate(&Scenario {
         noise,
         faults: vec![fault],
@@ -383,11 +389,7 @@ fn correlation(a: &[f64], b: &[f64]) -> f64 {
 #[test]
 fn thermocouple_drift_touches_only_its_reading() {
     let healthy = simulate(&scenario(30.0)).unwrap();
-    let fault = Fault::ThermocoupleDrift {
-        onset_s: 12.0,
-        rate_percent_per_h: -720.0,
-        limit_percent: Some(3.0),
-    };
+    let fault = Fault::growing(FaultCase::ThermocoupleDrift, 12.0, -720.0, Some(3.0));
     let faulty = simulate(&Scenario {
         faults: vec![fault.clone()],
         ..scenario(30.0)
@@ -448,12 +450,8 @@ fn nothing_happens_before_the_onset_and_ramps_are_recorded_exactly() {
 fn a_ramp_that_ends_reaches_the_static_effect() {
     // 5 % within 0.1 s, no excitation: after 40 s of a loop with poles at -1.03 and -1.64 1/s,
     // exp(-40) remains. Case 1, q_c: -3.57 % (spec section 6).
-    let profile = Profile::named("steady").unwrap();
-    let fault = Fault::CompressorFouling {
-        onset_s: 1.0,
-        rate_percent_per_h: 180e3,
-        limit_percent: Some(5.0),
-    };
+    let profile = Profile::named(Variant::Prototype, "steady").unwrap();
+    let fault = Fault::growing(FaultCase::CompressorFouling, 1.0, 180e3, Some(5.0));
     let run = simulate(&Scenario {
         profile,
         faults: vec![fault],
@@ -468,11 +466,7 @@ fn a_ramp_that_ends_reaches_the_static_effect() {
 #[test]
 fn a_growing_fuel_lag_starts_without_a_jump() {
     // The lag passes 0.01 s, where it begins to be integrated as such, 10 s after onset.
-    let fault = Fault::FuelActuatorLag {
-        onset_s: 0.0,
-        rate_s_per_h: 3.6,
-        limit_s: None,
-    };
+    let fault = Fault::growing(FaultCase::FuelActuatorLag, 0.0, 3.6, None);
     let healthy = simulate(&scenario(20.0)).unwrap();
     let faulty = simulate(&Scenario {
         faults: vec![fault],
@@ -491,11 +485,7 @@ fn a_growing_fuel_lag_starts_without_a_jump() {
 
 #[test]
 fn an_unstable_speed_loop_reaches_the_fuel_limits() {
-    let fault = Fault::FuelActuatorLag {
-        onset_s: 0.0,
-        rate_s_per_h: 3.6e4,
-        limit_s: Some(6.0),
-    };
+    let fault = Fault::growing(FaultCase::FuelActuatorLag, 0.0, 3.6e4, Some(6.0));
     let lagging = Scenario {
         faults: vec![fault],
         ..scenario(300.0)
@@ -518,28 +508,30 @@ fn an_unstable_speed_loop_reaches_the_fuel_limits() {
 
 #[test]
 fn a_plant_that_leaves_its_range_says_when_and_what() {
-    let fault = Fault::TurbineDamage {
-        onset_s: 5.0,
-        rate_percent_per_h: 36e3,
-        limit_percent: Some(99.0),
-    };
-    let error = simulate(&Scenario {
+    let fault = Fault::growing(FaultCase::TurbineDamage, 5.0, 36e3, Some(99.0));
+    let run = simulate(&Scenario {
         faults: vec![fault],
         ..scenario(60.0)
     })
-    .unwrap_err();
-    let PlantError::OutOfRange {
+    .unwrap();
+    let Some(PlantError::OutOfRange {
         time_s,
         found,
         low,
         high,
         ..
-    } = error
+    }) = run.ended
     else {
-        panic!("expected a plant out of range, found {error}");
+        panic!("expected a plant out of range, found {:?}", run.ended);
     };
     assert!(time_s > 5.0 && time_s < 15.0, "{time_s}");
     assert!(!(low < found && found < high));
+    // It ends with what it has: every sample before that time, all of them finite.
+    assert!((run.truth.time_s(run.truth.len()) - time_s).abs() < 1e-9);
+    assert_eq!(run.measured.len(), run.truth.len());
+    assert_eq!(run.fault_magnitudes.ncols(), run.truth.len());
+    assert_eq!(run.hidden.ncols(), run.truth.len());
+    run.truth.check_finite().unwrap();
 }
 
 #[test]
@@ -548,23 +540,31 @@ fn an_unstable_step_is_no_silent_nan() {
     let mut parameters = PlantParameters::for_maps(MapSet::Paper);
     parameters.compressor_exit.volume_m3 = 0.008;
     let error = simulate_with(&parameters, &scenario(20.0)).unwrap_err();
-    assert!(matches!(error, PlantError::OutOfRange { .. }), "{error}");
+    let PlantError::Substeps { least, found, .. } = error else {
+        panic!("expected a refused step, found {error}");
+    };
+    assert_eq!(found, Scenario::default().substeps);
+    let enough = Scenario {
+        substeps: least,
+        ..scenario(20.0)
+    };
+    assert_eq!(simulate_with(&parameters, &enough).unwrap().ended, None);
 }
 
 #[test]
 fn noise_without_excitation_is_warned_about() {
-    let profile = Profile::named("steady").unwrap();
+    let profile = Profile::named(Variant::Prototype, "steady").unwrap();
     let quiet = Scenario {
         profile,
-        noise: NoiseLevel::Table8,
+        noise: NoiseLevel::Table8.into(),
         ..scenario(2.0)
     };
     let run = simulate(&quiet).unwrap();
     assert_eq!(run.warnings, [Warning::NoNoise]);
-    let limit = Warning::FuelAtMaximum {
+    let limit = Warning::FuelAtMaximum(Seen {
         first_s: 2554.2400000000002,
         samples: 3,
-    };
+    });
     assert_eq!(
         limit.to_string(),
         "the fuel demand was at its upper limit in 3 samples, first at 2554.24 s"

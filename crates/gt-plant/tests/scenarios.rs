@@ -1,6 +1,11 @@
 //! Scenarios as text: names, defaults, and what is refused.
 
-use gt_plant::{Fault, FaultCase, MapSet, NoiseLevel, PlantError, Profile, Scenario, simulate};
+use gt_plant::drive::Drive;
+use gt_plant::maps::Tables;
+use gt_plant::{
+    ActuatorId, Boundary, Course, Disturbance, Fault, FaultCase, Fluctuation, MapSet, Mode,
+    NoiseLevel, PlantError, Profile, Scenario, Shape, Sine, Step, Variant, simulate, simulate_with,
+};
 use proptest::prelude::*;
 
 /// Why a scenario is refused, by `simulate` as well as by `validate`.
@@ -35,11 +40,15 @@ fn text_and_scenario_agree() {
     )
     .unwrap();
     let expected = Scenario {
+        variant: Variant::Prototype,
         map_set: MapSet::Axial,
+        maps: Tables::default(),
         duration_s: 60.0,
-        substeps: 40,
-        profile: Profile::named("lively").unwrap(),
-        noise: NoiseLevel::Table8,
+        substeps: 28,
+        profile: Profile::named(Variant::Prototype, "lively").unwrap(),
+        boundary: Boundary::default(),
+        disturbance: Disturbance::default(),
+        noise: NoiseLevel::Table8.into(),
         faults: vec![
             Fault::nominal(FaultCase::TurbineDamage, 15.0),
             Fault::nominal(FaultCase::FuelActuatorLag, 20.0),
@@ -65,12 +74,63 @@ fn a_profile_is_a_name_or_a_table() {
             ..Profile::default()
         }
     );
-    for name in Profile::NAMES {
-        let profile = Profile::named(name).unwrap();
-        assert_eq!(profile.validate(), Ok(()));
+    for name in Profile::names(Variant::Prototype) {
+        let profile = Profile::named(Variant::Prototype, name).unwrap();
+        assert_eq!(profile.validate_for(Variant::Prototype), Ok(()));
         assert_eq!(profile.excites(), *name != "steady");
     }
-    assert_eq!(Profile::named("standard"), Ok(Profile::default()));
+    assert_eq!(
+        Profile::named(Variant::Prototype, "standard"),
+        Ok(Profile::default())
+    );
+}
+
+#[test]
+fn a_profile_is_read_for_the_variant_before_or_after_it() {
+    let cogeneration = |profile| Scenario {
+        profile,
+        ..Scenario::of(Variant::Cogeneration)
+    };
+    let standard = Profile::standard(Variant::Cogeneration);
+    let reduction = Profile::named(Variant::Cogeneration, "load_reduction_fuel").unwrap();
+    let wider = Profile {
+        fuel_amplitude_fraction: 0.05,
+        ..standard.clone()
+    };
+    let scheduled = Profile {
+        fuel_schedule: vec![[0.0, 0.9], [10.0, 0.8]],
+        ..standard.clone()
+    };
+    for (text, expected) in [
+        ("variant = 'cogeneration'", standard.clone()),
+        ("variant = 'cogeneration'\nprofile = 'standard'", standard),
+        (
+            "variant = 'cogeneration'\nprofile = 'load_reduction_fuel'",
+            reduction.clone(),
+        ),
+        (
+            "profile = 'load_reduction_fuel'\nvariant = 'cogeneration'",
+            reduction,
+        ),
+        (
+            "profile = { fuel_amplitude_fraction = 0.05 }\nvariant = 'cogeneration'",
+            wider,
+        ),
+        (
+            "variant = 'cogeneration'\n[profile]\nfuel_schedule = [[0.0, 0.9], [10.0, 0.8]]",
+            scheduled,
+        ),
+    ] {
+        let expected = cogeneration(expected);
+        assert_eq!(toml::from_str::<Scenario>(text).as_ref(), Ok(&expected));
+        assert_eq!(expected.validate(), Ok(()));
+        let again = toml::to_string(&expected).unwrap();
+        assert_eq!(toml::from_str::<Scenario>(&again).as_ref(), Ok(&expected));
+        let json = serde_json::to_string(&expected).unwrap();
+        assert_eq!(serde_json::from_str::<Scenario>(&json).unwrap(), expected);
+    }
+    let null = r#"{"profile": {"dither_pole": null}}"#;
+    assert!(serde_json::from_str::<Scenario>(null).is_err());
 }
 
 #[test]
@@ -85,7 +145,36 @@ fn unknown_keys_and_names_are_refused() {
             "profile = 'wild'",
             "profile: expected one of steady, gentle, standard, lively, wide, found `wild`",
         ),
-        ("noise = 'high'", "unknown variant `high`"),
+        (
+            "profile = 'gentle'\nvariant = 'cogeneration'",
+            "profile: expected one of steady, standard, load_reduction_igv, load_reduction_fuel, \
+             found `gentle`",
+        ),
+        (
+            "profile = 'load_reduction_igv'",
+            "profile: expected one of steady, gentle, standard, lively, wide, found \
+             `load_reduction_igv`",
+        ),
+        (
+            "profile = 4",
+            "expected the name or the fields of an excitation profile",
+        ),
+        ("variant = 'steam'", "unknown variant `steam`"),
+        ("[boundary]\nhumidity = 1", "unknown field `humidity`"),
+        ("[boundary.temperature_k]\nmean = 1", "unknown field `mean`"),
+        (
+            "[boundary.temperature_k.sine]\namplitude = 1",
+            "missing field `period_s`",
+        ),
+        ("[disturbance]\nload = 1", "unknown field `load`"),
+        (
+            "[disturbance.torque_n_m]\ndeviation = 1",
+            "missing field `time_constant_s`",
+        ),
+        (
+            "noise = 'high'",
+            "noise: expected one of none, low, table8, table8_variance, tables4_5, found `high`",
+        ),
         (
             "[[faults]]\ncase = 'turbine_damage'\nonset_s = 1.0\nrate_percent_per_h = 5.0\nsize = 1",
             "unknown field `size`",
@@ -98,8 +187,13 @@ fn unknown_keys_and_names_are_refused() {
         let message = toml::from_str::<Scenario>(text).unwrap_err().to_string();
         assert!(message.contains(expected), "{text}: {message}");
     }
-    let names = ["paper, axial", "none, low, table8"];
+    let names = [
+        "variant: expected one of prototype, cogeneration, found `steam`",
+        "paper, axial",
+        "none, low, table8",
+    ];
     let errors = [
+        "steam".parse::<Variant>().unwrap_err(),
         "flat".parse::<MapSet>().unwrap_err(),
         "loud".parse::<NoiseLevel>().unwrap_err(),
     ];
@@ -110,8 +204,14 @@ fn unknown_keys_and_names_are_refused() {
 
 #[test]
 fn names_come_back() {
-    for level in [NoiseLevel::None, NoiseLevel::Low, NoiseLevel::Table8] {
-        assert_eq!(level.to_string().parse(), Ok(level));
+    for (variant, name) in [Variant::Prototype, Variant::Cogeneration]
+        .into_iter()
+        .zip(Variant::NAMES)
+    {
+        assert_eq!(variant.to_string(), *name);
+        assert_eq!(name.parse(), Ok(variant));
+        let json = serde_json::to_string(&variant).unwrap();
+        assert_eq!(json, format!("\"{variant}\""));
     }
     for map_set in [MapSet::Paper, MapSet::Axial] {
         assert_eq!(map_set.to_string().parse(), Ok(map_set));
@@ -134,25 +234,32 @@ fn impossible_durations_are_refused() {
 
 #[test]
 fn unstable_steps_are_refused() {
-    for substeps in [0, 1, 23, 10_001] {
+    for substeps in [0, 10_001] {
         let message = refusal(&Scenario {
             substeps,
             ..Scenario::default()
         });
         let expected = format!(
-            "substeps: expected 24 to 10000 a sample (RK4 is stable up to a step of 0.0034 s), \
-             found {substeps}"
+            "substeps: expected 1 to 10000 a sample (a step of at most 0.080000 s), found \
+             {substeps}"
         );
         assert_eq!(message, expected);
     }
-    assert_eq!(
-        Scenario {
-            substeps: 24,
-            ..Scenario::default()
-        }
-        .validate(),
-        Ok(())
-    );
+    // 0.96 of the longest stable step of the linearised plant, which is 3.542 ms.
+    let short = |substeps| Scenario {
+        substeps,
+        duration_s: 1.0,
+        ..Scenario::default()
+    };
+    for substeps in [1, 23] {
+        let message = simulate(&short(substeps)).unwrap_err().to_string();
+        let expected = format!(
+            "substeps: expected 24 to 10000 a sample (a step of at most 0.003400 s), found \
+             {substeps}"
+        );
+        assert_eq!(message, expected);
+    }
+    assert!(simulate(&short(24)).is_ok());
 }
 
 #[test]
@@ -178,17 +285,119 @@ fn impossible_profiles_and_faults_are_refused() {
         with(|profile| profile.dither_pole = f64::NAN),
         "dither_pole: expected between 0 and 0.999, found NaN"
     );
-    let twice = vec![Fault::nominal(FaultCase::TurbineDamage, 1.0); 2];
+    let stuck = Fault::actuator(
+        ActuatorId::Valve,
+        Mode::Stuck,
+        1.0,
+        Shape::Step(Step { size: 1.0 }),
+    );
     let scenario = Scenario {
-        faults: twice,
+        faults: vec![stuck; 2],
         ..Scenario::default()
     };
-    let case = FaultCase::TurbineDamage;
-    assert_eq!(scenario.validate(), Err(PlantError::RepeatedFault { case }));
+    let twice = PlantError::FaultConflict {
+        held: "actuator a_v".to_owned(),
+        first: "a_v_actuator_stuck".to_owned(),
+        second: "a_v_actuator_stuck".to_owned(),
+    };
+    assert_eq!(scenario.validate(), Err(twice));
     assert_eq!(
         refusal(&scenario),
-        "faults: expected each case once, found turbine_damage twice"
+        "faults: expected at most one that holds actuator a_v, found a_v_actuator_stuck and \
+         a_v_actuator_stuck"
     );
+}
+
+#[test]
+fn impossible_schedules_and_fuel_levels_are_refused() {
+    let with = |variant, change: fn(&mut Profile)| {
+        let mut scenario = Scenario::of(variant);
+        change(&mut scenario.profile);
+        refusal(&scenario)
+    };
+    let on_the_mains = |change| with(Variant::Cogeneration, change);
+    assert_eq!(
+        on_the_mains(|profile| profile.fuel_hold_s = [-1.0, 3.0]),
+        "fuel_hold_s: expected at least one sample time and finite, found -1"
+    );
+    assert_eq!(
+        on_the_mains(|profile| profile.fuel_amplitude_fraction = 0.3),
+        "fuel_amplitude_fraction: expected between 0 and 0.2, found 0.3"
+    );
+    assert_eq!(
+        on_the_mains(|profile| profile.fuel_slew_fraction_s = f64::INFINITY),
+        "fuel_slew_fraction_s: expected above 0 and finite, found inf"
+    );
+    for (schedule, expected) in [
+        (
+            vec![[0.0, 1.0], [20.0, 0.9], [10.0, 0.8]],
+            "times that increase from point to point and are finite, found 10",
+        ),
+        (
+            vec![[5.0, 1.0], [5.0, 0.9]],
+            "times that increase from point to point and are finite, found 5",
+        ),
+        (
+            vec![[5.0, 1.0], [f64::INFINITY, 0.9]],
+            "times that increase from point to point and are finite, found inf",
+        ),
+        (
+            vec![[-1.0, 1.0]],
+            "times of at least 0 s that are finite, found -1",
+        ),
+        (
+            vec![[f64::NAN, 1.0]],
+            "times of at least 0 s that are finite, found NaN",
+        ),
+        (
+            vec![[0.0, 0.2]],
+            "shares of design fuel flow between 0.25 and 1.25, found 0.2",
+        ),
+        (
+            vec![[0.0, 0.9], [1.0, f64::NAN]],
+            "shares of design fuel flow between 0.25 and 1.25, found NaN",
+        ),
+    ] {
+        let mut scenario = Scenario::of(Variant::Cogeneration);
+        scenario.profile.fuel_schedule = schedule;
+        assert_eq!(
+            refusal(&scenario),
+            format!("fuel_schedule: expected {expected}")
+        );
+    }
+    assert_eq!(
+        on_the_mains(|profile| profile.valve_amplitude_deg = 6.0),
+        "valve_amplitude_deg: expected in the variant cogeneration between 0 and 5, as the valve \
+         stands open, found 6"
+    );
+    assert_eq!(
+        on_the_mains(|profile| profile.speed_amplitude_fraction = 0.03),
+        "speed_amplitude_fraction: expected in the variant cogeneration between 0 and 0.02, as the \
+         mains hold the speed, found 0.03"
+    );
+    let governed = |change| with(Variant::Prototype, change);
+    assert_eq!(
+        governed(|profile| profile.fuel_schedule = vec![[0.0, 1.0], [9.0, 1.0]]),
+        "fuel_schedule: expected in the variant prototype none, as the governor sets the fuel, \
+         found 2 points"
+    );
+    assert_eq!(
+        governed(|profile| profile.fuel_amplitude_fraction = 0.01),
+        "fuel_amplitude_fraction: expected in the variant prototype none, as the governor sets the \
+         fuel, found 0.01"
+    );
+    let scenario = Scenario {
+        profile: Profile::standard(Variant::Cogeneration),
+        ..Scenario::default()
+    };
+    assert!(matches!(
+        scenario.validate(),
+        Err(PlantError::NotInVariant {
+            what: "fuel_amplitude_fraction",
+            variant: Variant::Prototype,
+            ..
+        })
+    ));
 }
 
 proptest! {
@@ -201,9 +410,53 @@ proptest! {
     }
 
     #[test]
-    fn prop_no_text_panics(text in "(duration_s|substeps|seed|noise|profile|\\[\\[faults\\]\\]|case|onset_s| |=|\n|[0-9.e-]{1,8}|'[a-z_]{1,20}'){0,12}") {
+    fn prop_no_text_panics(text in "(duration_s|substeps|seed|noise|profile|variant|fuel_schedule|\\[boundary.temperature_k\\]|\\[disturbance.torque_n_m\\]|offset|random|deviation|\\[\\[0, 1\\]\\]|\\[\\[faults\\]\\]|case|onset_s| |=|\n|[0-9.e-]{1,8}|'[a-z_]{1,20}'){0,12}") {
         if let Ok(scenario) = toml::from_str::<Scenario>(&text) {
             let _ = scenario.validate();
         }
     }
+
+    #[test]
+    fn prop_no_fields_panic(
+        variant in prop_oneof![Just(Variant::Prototype), Just(Variant::Cogeneration)],
+        numbers in prop::array::uniform32(prop_oneof![any::<f64>(), Just(0.0), 0.08..10.0f64]),
+        points in prop::collection::vec(any::<[f64; 2]>(), 0..4),
+    ) {
+        let mut numbers = numbers.into_iter();
+        let mut next = || numbers.next().unwrap_or_default();
+        let mut scenario = Scenario { variant, duration_s: 0.8, ..Scenario::default() };
+        scenario.profile.valve_amplitude_deg = next();
+        scenario.profile.valve_hold_s = [next(), next()];
+        scenario.profile.valve_slew_deg_s = next();
+        scenario.profile.fuel_amplitude_fraction = next();
+        scenario.profile.fuel_hold_s = [next(), next()];
+        scenario.profile.fuel_slew_fraction_s = next();
+        scenario.profile.fuel_schedule = points;
+        let mut course = || Course {
+            offset: next(),
+            rate_per_h: next(),
+            sine: Some(Sine { amplitude: next(), period_s: next() }),
+            random: Some(Fluctuation { deviation: next(), time_constant_s: next() }),
+        };
+        scenario.boundary.temperature_k = course();
+        scenario.boundary.pressure_pa = course();
+        scenario.disturbance.torque_n_m = course().random;
+        let _ = scenario.validate();
+        let Scenario { profile, boundary, disturbance, .. } = &scenario;
+        let mut drive = Drive::new(profile, boundary, disturbance, 1, 0);
+        for _ in 0..10 {
+            let _ = drive.step();
+        }
+    }
+}
+
+#[test]
+fn a_plant_of_the_other_variant_is_refused() {
+    let plant = Scenario::of(Variant::Cogeneration).parameters();
+    let error = simulate_with(&plant, &Scenario::default()).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "plant: expected in the variant prototype the parameters of that variant, found \
+         cogeneration"
+    );
 }

@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A bleed with a constant flow function.
+use crate::real::Real;
+
+/// A bleed with a constant flow function, without dynamics (paper, section 3.1).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bleed {
@@ -12,7 +14,8 @@ pub struct Bleed {
 
 impl Bleed {
     /// Mass flow, kg/s, for the square root of the inlet temperature.
-    pub fn flow_kg_s(&self, inlet_pa: f64, root_inlet_k: f64) -> f64 {
-        self.flow_function * inlet_pa / root_inlet_k
+    #[inline(always)]
+    pub fn flow_kg_s<R: Real>(&self, inlet_pa: R, root_inlet_k: R) -> R {
+        inlet_pa * self.flow_function / root_inlet_k
     }
 }

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::real::Real;
+
 /// A duct between two pressures.
 ///
 /// Draught and fans are a constant head over a positive loss: a negative loss that would give
@@ -19,8 +21,9 @@ pub struct Duct {
 
 impl Duct {
     /// Rate of change of the mass flow, kg/s^2.
-    pub fn flow_rate(&self, inlet_pa: f64, outlet_pa: f64, flow_kg_s: f64) -> f64 {
-        let loss_pa = self.loss_pa_s2_kg2 * flow_kg_s * flow_kg_s.abs();
-        (inlet_pa + self.head_pa - outlet_pa - loss_pa) / self.inertance_per_m
+    #[inline(always)]
+    pub fn flow_rate<R: Real>(&self, inlet_pa: R, outlet_pa: R, flow_kg_s: R) -> R {
+        let loss_pa = flow_kg_s * flow_kg_s.abs() * self.loss_pa_s2_kg2;
+        (inlet_pa - outlet_pa - loss_pa + self.head_pa) / self.inertance_per_m
     }
 }

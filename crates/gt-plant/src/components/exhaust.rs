@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::duct::Duct;
 use super::volume::Volume;
 use crate::gas::Gas;
+use crate::real::Real;
 
 /// How far below the blade exit the mixture's temperature is first guessed, K.
 const START_BELOW_K: f64 = 25.0;
@@ -23,12 +24,10 @@ pub struct Exhaust {
     pub duct: Duct,
 }
 
-/// A stream: mass flow in kg/s and specific enthalpy in J/kg.
-pub type Stream = (f64, f64);
-
-/// Temperature, K, of two mixed streams with the composition `mixture`; the hot one left the
-/// blades at `blade_exit_k`.
-pub fn mixed_k(hot: Stream, cold: Stream, mixture: &Gas, blade_exit_k: f64) -> f64 {
-    let enthalpy = (hot.0 * hot.1 + cold.0 * cold.1) / (hot.0 + cold.0);
+/// Temperature, K, of two mixed streams, each a mass flow in kg/s and a specific enthalpy in J/kg,
+/// with the composition `mixture`; the hot one left the blades at `blade_exit_k`.
+#[inline(always)]
+pub fn mixed_k<R: Real>(hot: [R; 2], cold: [R; 2], mixture: &Gas<R>, blade_exit_k: R) -> R {
+    let enthalpy = hot[0].mul_add(hot[1], cold[0] * cold[1]) / (hot[0] + cold[0]);
     mixture.temperature_k(enthalpy, blade_exit_k - START_BELOW_K, NEWTON_STEPS)
 }

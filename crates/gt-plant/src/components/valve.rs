@@ -1,8 +1,14 @@
 //! The butterfly valve behind the turbine, choked at the design point.
 
+use std::f64::consts::PI;
+
 use serde::{Deserialize, Serialize};
 
 use crate::gas::GAS_CONSTANT_J_KG_K;
+use crate::real::Real;
+
+/// Mechanical stops of the valve, degrees (assumed: it never closes, and opens fully).
+pub const VALVE_STOPS_DEG: [f64; 2] = [1.0, 90.0];
 
 /// A butterfly valve with ideal nozzle flow.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -14,32 +20,48 @@ pub struct Valve {
 
 impl Valve {
     /// Mass flow, kg/s, at the angle `angle_deg` (0 closed, 90 open) from `(p7, T7)` to p8.
-    pub fn flow_kg_s(
+    #[inline(always)]
+    pub fn flow_kg_s<R: Real>(
         &self,
-        angle_deg: f64,
-        [inlet_pa, inlet_k]: [f64; 2],
-        outlet_pa: f64,
-        gamma: f64,
-    ) -> f64 {
-        let area_m2 = self.full_area_m2 * (1.0 - angle_deg.to_radians().cos());
-        area_m2 * inlet_pa / (GAS_CONSTANT_J_KG_K * inlet_k).sqrt()
+        angle_deg: R,
+        [inlet_pa, inlet_k]: [R; 2],
+        outlet_pa: R,
+        gamma: R,
+    ) -> R {
+        let area_m2 = (-(angle_deg * (PI / 180.0)).cos() + 1.0) * self.full_area_m2;
+        area_m2 * inlet_pa / (inlet_k * GAS_CONSTANT_J_KG_K).sqrt()
             * nozzle_function(outlet_pa / inlet_pa, gamma)
     }
 }
 
-/// Nozzle flow function of the pressure ratio, constant below the critical ratio.
-pub fn nozzle_function(pressure_ratio: f64, gamma: f64) -> f64 {
-    let base = 2.0 / (gamma + 1.0);
+/// The pressure ratio below which the flow is choked.
+#[inline(always)]
+pub fn critical_ratio<R: Real>(gamma: R) -> R {
+    let base = gamma.like(2.0) / (gamma + 1.0);
+    base * (base.ln() / (gamma - 1.0)).exp()
+}
+
+/// Nozzle flow function of the pressure ratio, constant below the critical ratio; none backwards.
+#[inline(always)]
+pub fn nozzle_function<R: Real>(pressure_ratio: R, gamma: R) -> R {
+    let base = gamma.like(2.0) / (gamma + 1.0);
     let power = (base.ln() / (gamma - 1.0)).exp();
-    if pressure_ratio <= base * power {
+    let critical = base * power;
+    critical.where_less(
+        pressure_ratio,
+        #[inline(always)]
+        || {
+            let one = gamma.like(1.0);
+            // The general law factored: r^(2/g) (1 - r^((g-1)/g)) without cancellation near r = 1.
+            let log = pressure_ratio.at_most(one).ln() / gamma;
+            let squared =
+                -((log * (gamma - 1.0)).exp_m1()) * (log * 2.0).exp() * gamma * 2.0 / (gamma - 1.0);
+            squared.at_least(gamma.like(0.0)).sqrt()
+        },
         // The general law at the critical ratio base^(g/(g-1)), simplified.
-        (gamma * base).sqrt() * power
-    } else {
-        let log = pressure_ratio.min(1.0).ln();
-        let squared = 2.0 * gamma / (gamma - 1.0)
-            * ((2.0 / gamma * log).exp() - ((gamma + 1.0) / gamma * log).exp());
-        squared.max(0.0).sqrt()
-    }
+        #[inline(always)]
+        || (gamma * base).sqrt() * power,
+    )
 }
 
 #[cfg(test)]

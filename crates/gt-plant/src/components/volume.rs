@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::gas::GAS_CONSTANT_J_KG_K;
+use crate::real::Real;
 
-/// A volume with isentropic change of density.
+/// A volume with isentropic change of density (paper, section 3.1).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Volume {
@@ -14,7 +15,8 @@ pub struct Volume {
 
 impl Volume {
     /// Rate of change of the pressure, Pa/s: `gamma R T / V` times the net inflow.
-    pub fn pressure_rate(&self, gamma: f64, temperature_k: f64, net_inflow_kg_s: f64) -> f64 {
-        gamma * GAS_CONSTANT_J_KG_K * temperature_k / self.volume_m3 * net_inflow_kg_s
+    #[inline(always)]
+    pub fn pressure_rate<R: Real>(&self, gamma: R, temperature_k: R, net_inflow_kg_s: R) -> R {
+        gamma * temperature_k * net_inflow_kg_s * (GAS_CONSTANT_J_KG_K / self.volume_m3)
     }
 }
