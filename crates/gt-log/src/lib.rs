@@ -5,7 +5,8 @@
 //!   same bytes, whatever the path, the clock and the number of threads.
 //! - [`read_dataset`] reads `.csv` and `.mcap` into a [`gt_core::Dataset`]; [`columns`] lists what
 //!   there is to select; [`info`] says what a log holds.
-//! - [`write_run`] and [`write_verdicts`] are the logs of a simulated run and of a bank's verdicts.
+//! - [`write_run`] and [`write_verdicts`] are the logs of a simulated run (`/plant/measured`,
+//!   `/plant/truth`, `/plant/faults`) and of a bank's verdicts; each says what its topics hold.
 //! - [`read_json`] and [`write_json`] are model and bank files; [`ModelFile`] is what is in one.
 //!
 //! Every file appears under its name only when it is whole: it is written as `NAME.part` and

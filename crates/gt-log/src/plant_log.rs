@@ -1,18 +1,31 @@
 //! A simulated run as a log.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use gtfdi::core::{Dataset, Signal};
 use gtfdi::plant::Run;
 
-use crate::{LogError, LogWriter, RunMetadata, TopicId, sample_time_ns};
+use crate::{LogError, LogWriter, RunMetadata, sample_time_ns};
 
 /// What the logs of the embedded plant call their machine.
 const ASSET: &str = "gas-turbine";
 
-/// Writes a simulated run to `path`: `/plant/truth` and `/plant/measured` with a field for every
-/// input and output, and `/plant/faults` with the magnitude and the activity (0 or 1) of every
-/// injected fault, where there is one.
+/// Writes a simulated run to `path`.
+///
+/// | topic | a field for |
+/// |---|---|
+/// | `/plant/measured` | every input and output, as the sensors say: noise and faults included |
+/// | `/plant/truth` | every input and output as the plant has them, and what no sensor measures: the efficiencies `e_c` and `e_t`, and the fuel flow `M_fc` that reaches the combustor |
+/// | `/plant/faults` | the magnitude of every injected fault, named as in [`Run::fault_signals`], then `NAME_active` of each: 1 where its magnitude is not 0, and 0 elsewhere (before the onset, after the end, in the pauses of an intermittent fault); no topic without a fault |
+///
+/// The prototype has 6 inputs and 28 outputs, so that `/plant/measured` has 34 fields and
+/// `/plant/truth` 37; cogeneration has 7 and 31, so 38 and 41. Names and units are those of
+/// `Variant::input_channels` and `Variant::output_channels` of `gtfdi::plant`.
+///
+/// The attachment `config.toml` is `metadata.config_toml`, from which the run can be made again.
+/// The metadata record `gtfdi.remarks`, where there is something to remark, has the run's warnings
+/// (`warning_1`, `warning_2`, ...) and why the record is shorter than asked for (`ended`).
 ///
 /// Log time is the fixed epoch plus the sample's own time, so one scenario gives the same bytes
 /// wherever and whenever it is written.
@@ -21,6 +34,10 @@ const ASSET: &str = "gas-turbine";
 /// [`LogError`] when the file cannot be written; nothing is left under `path` then.
 pub fn write_run(path: &Path, run: &Run, metadata: &RunMetadata) -> Result<(), LogError> {
     let mut log = LogWriter::create(path, metadata)?;
+    let remarks = remarks(run);
+    if !remarks.is_empty() {
+        log.note("gtfdi.remarks", remarks)?;
+    }
     log.attach(
         "config.toml",
         "application/toml",
@@ -28,7 +45,8 @@ pub fn write_run(path: &Path, run: &Run, metadata: &RunMetadata) -> Result<(), L
     )?;
     let period_s = run.truth.sample_time_s();
     let signals = channels(&run.truth);
-    let truth = log.add_topic("/plant/truth", "Truth", &signals, period_s, ASSET)?;
+    let all = [signals.clone(), run.hidden_signals.clone()].concat();
+    let truth = log.add_topic("/plant/truth", "Truth", &all, period_s, ASSET)?;
     let measured = log.add_topic("/plant/measured", "Measured", &signals, period_s, ASSET)?;
     let faults = if run.fault_signals.is_empty() {
         None
@@ -40,8 +58,10 @@ pub fn write_run(path: &Path, run: &Run, metadata: &RunMetadata) -> Result<(), L
     };
     for k in 0..run.truth.len() {
         let time_ns = sample_time_ns(k, period_s);
-        write_sample(&mut log, truth, time_ns, &run.truth, k)?;
-        write_sample(&mut log, measured, time_ns, &run.measured, k)?;
+        let mut values = sample(&run.truth, k);
+        values.extend(run.hidden.column(k).iter());
+        log.write(truth, time_ns, &values)?;
+        log.write(measured, time_ns, &sample(&run.measured, k))?;
         if let Some(topic) = faults {
             let magnitudes = run.fault_magnitudes.column(k);
             let active = magnitudes
@@ -54,6 +74,16 @@ pub fn write_run(path: &Path, run: &Run, metadata: &RunMetadata) -> Result<(), L
     log.finish()
 }
 
+/// What a reader of the record should know, by key.
+fn remarks(run: &Run) -> BTreeMap<String, String> {
+    let warnings = run.warnings.iter().enumerate();
+    let ended = run.ended.as_ref();
+    warnings
+        .map(|(index, warning)| (format!("warning_{}", index + 1), warning.to_string()))
+        .chain(ended.map(|reason| ("ended".to_owned(), reason.to_string())))
+        .collect()
+}
+
 /// The signals of a record, inputs first.
 fn channels(data: &Dataset) -> Vec<Signal> {
     data.inputs()
@@ -63,15 +93,8 @@ fn channels(data: &Dataset) -> Vec<Signal> {
         .collect()
 }
 
-fn write_sample(
-    log: &mut LogWriter,
-    topic: TopicId,
-    time_ns: u64,
-    data: &Dataset,
-    k: usize,
-) -> Result<(), LogError> {
-    let inputs = data.u().column(k);
-    let outputs = data.y().column(k);
-    let values: Vec<f64> = inputs.iter().chain(outputs.iter()).copied().collect();
-    log.write(topic, time_ns, &values)
+/// Inputs and outputs of a sample.
+fn sample(data: &Dataset, k: usize) -> Vec<f64> {
+    let (inputs, outputs) = (data.u().column(k), data.y().column(k));
+    inputs.iter().chain(outputs.iter()).copied().collect()
 }

@@ -128,6 +128,24 @@ impl LogWriter {
         Ok(writer)
     }
 
+    /// Adds a metadata record; it belongs before the attachments.
+    ///
+    /// # Errors
+    /// [`LogError::Write`].
+    pub(crate) fn note(
+        &mut self,
+        name: &str,
+        values: BTreeMap<String, String>,
+    ) -> Result<(), LogError> {
+        let record = Metadata {
+            name: name.to_owned(),
+            metadata: values,
+        };
+        self.inner
+            .write_metadata(&record)
+            .map_err(|cause| write(self.part.target(), cause))
+    }
+
     /// Adds an attachment, such as `models/<id>.json` (`application/json`) or `config.toml`
     /// (`application/toml`). Its times are [`EPOCH_NS`].
     ///
