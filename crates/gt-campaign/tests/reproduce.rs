@@ -7,6 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use gt_campaign::tables::Origin;
 use gt_campaign::{Reproduction, Silent, paper, reproduce};
 
 /// One reproduction serves all tests: it is the expensive part.
@@ -31,16 +32,110 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn published_table3_is_met_but_for_what_it_contradicts_itself() {
-    let rows = &reproduction().tables.table3;
+    let tables = &reproduction().tables;
+    let (rows, notes) = (&tables.table3, &tables.table3_notes);
     assert_eq!(rows.len(), paper::TABLE3.len());
+    let mut count = [0; 3];
     for row in rows {
-        // e_c: the paper's temperatures and pressure ratio themselves imply 0.839, 4.3 % lower.
-        let limit = if row.variable == "e_c" { 4.3 } else { 2.5 };
+        // Calibrated: what trimming leaves. Reconciled: the largest change that the plant's
+        // calibration states. Checks: e_t is 1.6 % off, as the printed one gives another power.
+        let (index, limit) = match row.origin {
+            Origin::Calibrated => (0, 2e-4),
+            Origin::Reconciled => (1, 1.2),
+            Origin::Check => (2, 1.7),
+        };
+        count[index] += 1;
         assert!(row.error_percent.abs() <= limit, "{row:?}");
     }
+    assert_eq!(count, [16, 7, 7]);
     let mean = rows.iter().map(|row| row.error_percent.abs()).sum::<f64>() / rows.len() as f64;
-    // The calibrated plant's own mean is 0.5 %; a parameter that slips moves several entries.
-    assert!(mean < 0.6, "mean absolute error {mean} %");
+    assert!((mean - notes.mean_absolute_error_percent).abs() < 1e-12);
+    // 0.25 % measured, below 0.8 % asked for; a parameter that slips moves several entries.
+    assert!(mean < 0.3, "mean absolute error {mean} %");
+    assert_eq!(notes.largest_error_variable, "e_t");
+    // What the printed t2, t3 and pressure ratio imply with real heat capacities.
+    assert!((notes.map_isentropic_efficiency - 0.839).abs() < 5e-4);
+}
+
+#[test]
+fn the_effects_of_the_faults_are_complete_and_said_as_they_are() {
+    let tables = &reproduction().tables;
+    let sets: Vec<&str> = tables.fault_effects.keys().map(String::as_str).collect();
+    assert_eq!(sets, ["axial", "paper"]);
+    for effects in tables.fault_effects.values() {
+        assert_eq!(effects.outputs.len(), 28);
+        // The healthy shadow gets the same fuel at every stage: the same arithmetic, no effect.
+        assert_eq!(effects.delivered_fuel_rms_percent, vec![0.0; 28]);
+        for (reading, range) in [
+            (&effects.raw, &effects.case4_raw_range_percent),
+            (
+                &effects.inputs_held,
+                &effects.case4_inputs_held_range_percent,
+            ),
+        ] {
+            assert_eq!(reading.rms_percent.shape(), (28, 4));
+            for (output, [low, high]) in range.iter().enumerate() {
+                // A lag has no settled effect; over all runs it is between the single runs.
+                assert_eq!(reading.static_percent[(output, 3)], 0.0);
+                let pooled = reading.rms_percent[(output, 3)];
+                let rounding = 1e-12 * high;
+                assert!(
+                    *low - rounding <= pooled && pooled <= *high + rounding,
+                    "{output}: {pooled}"
+                );
+                // Case 2 touches the sensor of t3 alone, by its size.
+                let is_t3 = effects.outputs[output].name == "t3";
+                let sensor = reading.static_percent[(output, 1)];
+                let expected = if is_t3 { 5.0 } else { 0.0 };
+                assert!((sensor - expected).abs() < 1e-9, "{output}: {sensor}");
+            }
+        }
+        // At 2 s of lag another case moves m9 more, in either reading.
+        assert!(!effects.signature_raw.diagonal && !effects.signature_inputs_held.diagonal);
+    }
+    // Linear stability of the speed loop; the specification's prototype found about 3.05 s.
+    let limit = tables.lag_limit["paper"].expect("a limit");
+    assert!((limit.lag_s - 3.05).abs() < 0.005, "{limit:?}");
+    assert!((limit.frequency_rad_s - 0.93).abs() < 0.005, "{limit:?}");
+    assert_eq!(tables.lag_limit["axial"], None);
+}
+
+#[test]
+fn both_load_reductions_do_what_section_3_1_says() {
+    let cogeneration = &reproduction().tables.cogeneration;
+    assert_eq!(cogeneration.manoeuvres.len(), 4);
+    for manoeuvre in &cogeneration.manoeuvres {
+        let change = |name: &str| {
+            let signal = manoeuvre.signals.iter().find(|row| row.signal == name);
+            let signal = signal.expect("a signal of the manoeuvre");
+            signal.last - signal.initial
+        };
+        assert!(change("M_f") < 0.0 && change("P_e") < 0.0);
+        match manoeuvre.profile.as_str() {
+            // The controller closes the vanes and holds the temperature within a few kelvin.
+            "load_reduction_igv" => {
+                assert!(!manoeuvre.vanes_closed && change("IGV") > 0.0);
+                assert!(manoeuvre.largest_deviation_k.abs() < 3.0, "{manoeuvre:?}");
+                assert!(change("T_ot").abs() < 0.1);
+            }
+            "load_reduction_fuel" => {
+                assert!(manoeuvre.vanes_closed);
+                assert!(change("T_ot") < -10.0, "{manoeuvre:?}");
+            }
+            other => panic!("unknown manoeuvre {other}"),
+        }
+        // The plant follows the fuel within seconds; the record lasts 220 s more.
+        for signal in &manoeuvre.signals {
+            assert!(signal.settles_after_s < 30.0, "{signal:?}");
+        }
+    }
+    for loads in cogeneration.steady.windows(2) {
+        if loads[0].map_set == loads[1].map_set {
+            assert!(loads[1].electric_power_w < loads[0].electric_power_w);
+            assert!(loads[1].guide_vane_deg >= loads[0].guide_vane_deg);
+        }
+    }
+    assert_eq!(cogeneration.steady.len(), 18);
 }
 
 #[test]
@@ -155,7 +250,15 @@ fn the_folder_is_complete_whole_and_self_contained() {
             .count()
     };
     let figures = reproduction().figures.len();
-    assert_eq!((count("svg"), count("csv")), (figures, figures));
+    // Beside the figures' data: the effects of the faults on two map sets, and the steady loads.
+    assert_eq!((count("svg"), count("csv")), (figures, figures + 3));
+    let effects = fs::read_to_string(folder.path().join("tables/fault_effects_paper.csv")).unwrap();
+    let columns: Vec<usize> = effects
+        .lines()
+        .map(|line| line.split(',').count())
+        .collect();
+    // Output, unit, steady; in two readings 4 settled, 4 rms, 2 of the range; delivered fuel.
+    assert_eq!(columns, vec![24; 29]);
 
     let page = fs::read_to_string(folder.path().join("index.html")).unwrap();
     for outside in ["http://", "https://", "<script", "url(", "@import"] {
@@ -168,7 +271,17 @@ fn the_folder_is_complete_whole_and_self_contained() {
             "{link}"
         );
     }
+    for file in [
+        "fault_effects_paper",
+        "fault_effects_axial",
+        "cogeneration_steady",
+    ] {
+        let link = format!("href=\"tables/{file}.csv\"");
+        assert!(page.contains(&link), "{file}");
+    }
     assert!(!page.contains("NaN"));
+    // Small enough to be opened anywhere.
+    assert!(page.len() < 5_000_000, "{} bytes", page.len());
 
     let tables = fs::read_to_string(folder.path().join("tables.json")).unwrap();
     let tables: serde_json::Value = serde_json::from_str(&tables).unwrap();

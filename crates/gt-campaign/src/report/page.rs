@@ -29,6 +29,8 @@ minmax(13rem,1fr));gap:.8rem;margin:1.2rem 0;padding:0;list-style:none}\
 .facts li{background:var(--band);border-radius:.5rem;padding:.7rem .9rem}\
 .facts b{display:block;font-size:1.35rem;font-variant-numeric:tabular-nums}\
 footer{margin-top:3rem;font-size:.85rem;border-top:1px solid var(--rule);padding-top:.8rem}\
+.prose td{white-space:normal;text-align:left;vertical-align:top;min-width:11rem}\
+.prose th{text-align:left}details{margin:.8rem 0}summary{cursor:pointer;font-weight:600}\
 @media print{nav{display:none}h2{break-after:avoid}figure,table{break-inside:avoid}}";
 
 /// How a cell is coloured.
@@ -154,10 +156,41 @@ impl Page {
         let _ = write!(self.body, "<p class=\"note\">{}</p>", escape(text));
     }
 
-    /// A table.
+    /// What its reader may fold away.
+    pub fn fold(&mut self, summary: &str, open: bool, fill: impl FnOnce(&mut Self)) {
+        let open = if open { " open" } else { "" };
+        let summary = escape(summary);
+        let _ = write!(self.body, "<details{open}><summary>{summary}</summary>");
+        fill(self);
+        self.body.push_str("</details>");
+    }
+
+    /// A line of links to files beside the page: address and text.
+    pub fn files(&mut self, what: &str, files: &[(String, String)]) {
+        let _ = write!(self.body, "<p class=\"note\">{}", escape(what));
+        for (index, (address, text)) in files.iter().enumerate() {
+            let comma = if index > 0 { "," } else { "" };
+            let (address, text) = (escape(address), escape(text));
+            let _ = write!(self.body, "{comma} <a href=\"{address}\">{text}</a>");
+        }
+        self.body.push_str(".</p>");
+    }
+
+    /// A table of numbers.
     pub fn table(&mut self, head: &[&str], rows: &[Vec<Cell>]) {
-        self.body
-            .push_str("<div class=\"scroll\"><table><thead><tr>");
+        self.tabulate("", head, rows);
+    }
+
+    /// A table of sentences, which break into lines.
+    pub fn prose_table(&mut self, head: &[&str], rows: &[Vec<Cell>]) {
+        self.tabulate(" class=\"prose\"", head, rows);
+    }
+
+    fn tabulate(&mut self, attributes: &str, head: &[&str], rows: &[Vec<Cell>]) {
+        let _ = write!(
+            self.body,
+            "<div class=\"scroll\"><table{attributes}><thead><tr>"
+        );
         for cell in head {
             let _ = write!(self.body, "<th scope=\"col\">{}</th>", escape(cell));
         }
@@ -214,9 +247,22 @@ mod tests {
         let mut page = Page::new("A & B", "lead");
         page.section("t", "Table <3>");
         page.table(&["x"], &[vec![Cell::judged("<b>", false)]]);
+        page.fold("more <", true, |page| {
+            page.prose_table(&["y"], &[vec![Cell::plain("a & b")]]);
+        });
+        page.files(
+            "CSV:",
+            &[
+                ("t/a.csv".into(), "a".into()),
+                ("t/b.csv".into(), "b".into()),
+            ],
+        );
         let html = page.finish("foot");
         assert!(html.contains("A &amp; B") && html.contains("<td class=\"bad\">&lt;b&gt;</td>"));
         assert!(html.contains("<a href=\"#t\">Table &lt;3&gt;</a>"));
+        assert!(html.contains("<details open><summary>more &lt;</summary><div class=\"scroll\">"));
+        assert!(html.contains("<table class=\"prose\">") && html.contains("<td>a &amp; b</td>"));
+        assert!(html.contains("CSV: <a href=\"t/a.csv\">a</a>, <a href=\"t/b.csv\">b</a>.</p>"));
         for outside in ["http://", "https://", "<script", "url("] {
             assert!(!html.contains(outside), "{outside} leaves the page");
         }

@@ -2,18 +2,14 @@
 
 use gtfdi::fdi::FalseAlarmRate;
 
-use super::tables::{Table9, Tables};
+use super::tables::{Cogeneration, Manoeuvre, Table9, Tables};
 use crate::report::text::digits;
 
-/// Why some entries of Table 3 cannot be met, beside the table.
+/// What the origins in Table 3 mean, beside the table.
 pub(super) const TABLE3_NOTE: &str = "\
-Zeros are calibration, not validation: the pressures and the temperatures before the turbine exit \
-are what the parameters were solved for, and the mass flows were reconciled with the table's own. \
-Independent checks are t7, the torques and the powers, as far as the table agrees with itself. The \
-paper's table contradicts itself in places: P_c exceeds P_t although nothing else drives the shaft, \
-t2 lies below t1 in an adiabatic duct, and t2, t3 and the pressure ratio imply e_c = 0.839 with \
-real specific heats (0.857 with a constant ratio of 1.4), not 0.8767. m1 is read as one of two \
-equal intake legs.";
+Calibrated: met by construction, because parameters were solved for it; no validation. Reconciled: \
+mass flows, changed as little as closes the balances. Check: not used by the calibration, an \
+independent check as far as the table agrees with itself.";
 
 /// How far Table 9 carries.
 pub(super) const TABLE9_NOTE: &str = "\
@@ -22,7 +18,43 @@ says that a plausible plant exists that shows it, not that every plant does: the
 the slopes usual for an axial machine, are there to show how much rests on that choice.";
 
 /// Head of Table 3.
-pub(super) const TABLE3_HEAD: [&str; 4] = ["variable", "paper", "model", "error %"];
+pub(super) const TABLE3_HEAD: [&str; 5] = ["variable", "paper", "model", "origin", "error %"];
+/// Head of the contradictions of Table 3.
+pub(super) const CONTRADICTIONS_HEAD: [&str; 3] = ["entries", "as printed", "in the model"];
+/// Head of the effects of the faults in one reading.
+pub(super) const EFFECTS_HEAD: [&str; 9] = [
+    "output",
+    "settled % case 1",
+    "settled 2",
+    "settled 3",
+    "rms % case 1",
+    "rms 2",
+    "rms 3",
+    "rms 4",
+    "rms 4, single runs",
+];
+/// Head of the effects on the monitored outputs.
+pub(super) const MONITORED_HEAD: [&str; 6] =
+    ["fault", "q_c rms % (share)", "t3", "p7", "m9", "moves most"];
+/// Head of the steady loads on the mains.
+pub(super) const LOADS_HEAD: [&str; 7] = [
+    "maps",
+    "fuel %",
+    "IGV [deg]",
+    "t7 [K]",
+    "t5 [K]",
+    "m3 [kg/s]",
+    "P_e [kW]",
+];
+/// Head of a load reduction.
+pub(super) const MANOEUVRE_HEAD: [&str; 6] = [
+    "signal",
+    "first",
+    "last",
+    "change %",
+    "standard deviation",
+    "settles after [s]",
+];
 /// Head of Table 6.
 pub(super) const TABLE6_HEAD: [&str; 5] = [
     "output",
@@ -78,9 +110,40 @@ impl Tables {
                 };
                 // Adding zero turns a rounded -0 into 0.
                 let error = format!("{:+.2}", (100.0 * row.error_percent).round() / 100.0 + 0.0);
-                vec![variable, digits(row.paper, 6), digits(row.model, 6), error]
+                let [paper, model] = [row.paper, row.model].map(|value| digits(value, 6));
+                vec![variable, paper, model, row.origin.to_string(), error]
             })
             .collect()
+    }
+
+    /// The errors of Table 3 in a sentence, and what `e_c` means.
+    pub(super) fn table3_summary(&self) -> String {
+        let notes = &self.table3_notes;
+        let e_c = self.table3.iter().find(|row| row.variable == "e_c");
+        format!(
+            "Mean absolute error {:.2} % over all {} entries, {:.2} % over those that are not met \
+             by construction; largest {:+.2} % ({}). {} e_c {} against the map's {:.3}.",
+            notes.mean_absolute_error_percent,
+            self.table3.len(),
+            notes.mean_absolute_error_not_calibrated_percent,
+            notes.largest_error_percent,
+            notes.largest_error_variable,
+            notes.e_c_definition,
+            e_c.map_or_else(String::new, |row| format!("{:.3}", row.model)),
+            notes.map_isentropic_efficiency,
+        )
+    }
+
+    pub(super) fn contradiction_cells(&self) -> Vec<Vec<String>> {
+        let all = self.table3_notes.contradictions.iter();
+        all.map(|contradiction| {
+            vec![
+                contradiction.entries.join(", "),
+                contradiction.printed.to_owned(),
+                contradiction.model.to_owned(),
+            ]
+        })
+        .collect()
     }
 
     pub(super) fn table6_cells(&self) -> Vec<Vec<String>> {
@@ -149,4 +212,70 @@ pub(super) fn signature_cells(table: &Table9) -> Vec<Vec<String>> {
         std::iter::once(name.clone()).chain(entries).collect()
     })
     .collect()
+}
+
+impl Cogeneration {
+    pub(super) fn load_cells(&self) -> Vec<Vec<String>> {
+        let loads = self.steady.iter();
+        loads
+            .map(|load| {
+                vec![
+                    load.map_set.clone(),
+                    format!("{:.0}", load.fuel_percent),
+                    format!("{:.1}", load.guide_vane_deg),
+                    format!("{:.1}", load.t7_k),
+                    format!("{:.1}", load.t5_k),
+                    format!("{:.2}", load.m3_kg_s),
+                    format!("{:.0}", 1e-3 * load.electric_power_w),
+                ]
+            })
+            .collect()
+    }
+}
+
+impl Manoeuvre {
+    pub(super) fn cells(&self) -> Vec<Vec<String>> {
+        let signals = self.signals.iter();
+        signals
+            .map(|signal| {
+                let (unit, scale) = match signal.unit.as_str() {
+                    "W" => ("kW", 1e-3),
+                    unit => (unit, 1.0),
+                };
+                // A change below rounding is that of a signal that stands still.
+                let change = signal.change_percent.map_or_else(
+                    || "-".to_owned(),
+                    |percent| format!("{:+.2}", (100.0 * percent).round() / 100.0 + 0.0),
+                );
+                vec![
+                    format!("{} [{unit}]", signal.signal),
+                    digits(scale * signal.initial, 5),
+                    digits(scale * signal.last, 5),
+                    change,
+                    digits(scale * signal.standard_deviation, 3),
+                    format!("{:.1}", signal.settles_after_s),
+                ]
+            })
+            .collect()
+    }
+
+    /// How well the outlet temperature was held.
+    pub(super) fn verdict(&self) -> String {
+        let Self {
+            set_point_k,
+            largest_deviation_k,
+            largest_deviation_time_s,
+            ..
+        } = self;
+        if self.vanes_closed {
+            return format!(
+                "The vanes stand at their closed stop and hold nothing: T_ot goes as far as \
+                 {largest_deviation_k:+.1} K from the set point of {set_point_k:.1} K."
+            );
+        }
+        format!(
+            "Largest deviation of T_ot from the set point of {set_point_k:.1} K: \
+             {largest_deviation_k:+.2} K, at {largest_deviation_time_s:.0} s."
+        )
+    }
 }

@@ -2,8 +2,9 @@
 
 use gtfdi::fdi::{Bank, BankRun};
 
+use super::cogeneration::{FUEL_FALLS_S, FUEL_HELD_S};
 use super::models::Identified;
-use super::records::{CASES, ONSET_S, Record, Records};
+use super::records::{CASES, LOAD_REDUCTIONS, ONSET_S, Record, Records};
 use crate::error::{CampaignError, During as _};
 use crate::paper;
 use crate::report::chart::{Chart, Mark, Series};
@@ -155,4 +156,66 @@ pub fn residual_figures(
             })
         })
         .collect()
+}
+
+/// Fuel flow, guide vanes, turbine outlet temperature and electric power of both load reductions
+/// (figures 4 to 6 of the paper, in absolute units).
+pub fn load_reduction_figures(records: &Records) -> Vec<Figure> {
+    let signals = [
+        ("T_ot", "turbine outlet temperature"),
+        ("M_f", "fuel flow"),
+        ("P_e", "electric power"),
+        ("IGV", "guide vanes, from fully open"),
+    ];
+    let manoeuvres = records.load_reduction.iter().zip(LOAD_REDUCTIONS);
+    manoeuvres
+        .flat_map(|(record, profile)| {
+            signals
+                .iter()
+                .filter_map(move |(name, what)| load_reduction_figure(record, profile, name, what))
+        })
+        .collect()
+}
+
+fn load_reduction_figure(record: &Record, profile: &str, name: &str, what: &str) -> Option<Figure> {
+    let (signal, values) = record.signal(name)?;
+    let (unit, scale) = match signal.unit.as_str() {
+        "W" => ("kW", 1e-3),
+        unit => (unit, 1.0),
+    };
+    let scaled = |values: Vec<f64>| values.iter().map(|value| value * scale).collect();
+    let mut curves = vec![series(name, scaled(values), false)];
+    let mut limits = vec![];
+    let mut caption = format!("{name}, {what}, {}.", profile.replace('_', " "));
+    if name == "T_ot" {
+        let (_, gas) = record.signal("t7")?;
+        curves.push(series("t7 (gas)", gas, true));
+        // Far from the set point the line would only flatten the curves.
+        if profile == "load_reduction_igv" {
+            let set_point_k = record.plan.scenario.parameters().guide_vanes.set_point_k;
+            limits.push(set_point_k);
+            caption = format!(
+                "{name}, {what} as the thermocouple reads it, and the gas itself; dashed line: \
+                 set point."
+            );
+        }
+    }
+    Some(Figure {
+        chart: Chart {
+            id: format!("{profile}_{name}"),
+            title: format!("{name}: {what}, {}", profile.replace('_', " ")),
+            x_label: "time [s]".into(),
+            y_label: format!("{name} [{unit}]"),
+            x: times(record),
+            series: curves,
+            limits,
+            marks: [(FUEL_FALLS_S, "fuel falls"), (FUEL_HELD_S, "fuel held")]
+                .map(|(at, label)| Mark {
+                    at,
+                    label: label.into(),
+                })
+                .to_vec(),
+        },
+        caption,
+    })
 }

@@ -1,11 +1,15 @@
 //! The source paper's tables and figures again, from seeded runs.
 
 mod cells;
+mod cogeneration;
+mod contradictions;
 mod detection;
+mod effects;
 mod figures;
 mod html;
 mod models;
 mod records;
+mod sections;
 mod signatures;
 mod steady;
 pub mod tables;
@@ -13,14 +17,14 @@ mod text;
 mod write;
 
 use gtfdi::fdi::{Bank, BankRun};
-use gtfdi::plant::{MapSet, SAMPLE_TIME_S};
+use gtfdi::plant::{MapSet, PlantParameters, SAMPLE_TIME_S, lag_limit};
 use rayon::prelude::*;
 
 use self::models::Identified;
 use self::records::{FAULT_RUN_S, HEALTHY_RECORDS, Records};
 use self::signatures::Residual;
 use self::tables::{SCHEMA_VERSION, Tables};
-use crate::error::CampaignError;
+use crate::error::{CampaignError, During as _};
 use crate::progress::Progress;
 
 pub use figures::Figure;
@@ -46,8 +50,20 @@ pub struct Reproduction {
 /// # Errors
 /// [`CampaignError`] names the run or the model that failed.
 pub fn reproduce(seed: u64, progress: &dyn Progress) -> Result<Reproduction, CampaignError> {
-    let table3 = steady::table3()?;
+    let (table3, table3_notes) = steady::table3()?;
     let map_sets = [MapSet::Paper, MapSet::Axial];
+    progress.report("fault effects", 0, 1);
+    let fault_effects = map_sets
+        .par_iter()
+        .map(|map_set| Ok((map_set.to_string(), effects::measure(*map_set, seed)?)))
+        .collect::<Result<_, CampaignError>>()?;
+    let lag_limit = map_sets
+        .iter()
+        .map(|map_set| {
+            let limit = lag_limit(&PlantParameters::for_maps(*map_set)).during("lag limit")?;
+            Ok((map_set.to_string(), limit))
+        })
+        .collect::<Result<_, CampaignError>>()?;
     let records = records::simulate_all(&map_sets, seed, progress)?;
     let models = records
         .iter()
@@ -73,12 +89,21 @@ pub fn reproduce(seed: u64, progress: &dyn Progress) -> Result<Reproduction, Cam
             })
             .collect::<Result<Vec<_>, _>>()
     };
+    let load_reductions: Vec<_> = map_sets
+        .into_iter()
+        .zip(&records)
+        .map(|(map_set, records)| (map_set, records.load_reduction.as_slice()))
+        .collect();
     let tables = Tables {
         schema_version: SCHEMA_VERSION,
         version: env!("CARGO_PKG_VERSION"),
         seed,
         sample_time_s: SAMPLE_TIME_S,
         table3,
+        table3_notes,
+        fault_effects,
+        lag_limit,
+        cogeneration: cogeneration::cogeneration(&load_reductions)?,
         table6: models::table6(paper_models),
         table6_definition: models::DEFINITION.to_owned(),
         table7: None,
@@ -100,6 +125,7 @@ pub fn reproduce(seed: u64, progress: &dyn Progress) -> Result<Reproduction, Cam
         &healthy_run,
         &fault_runs,
     ));
+    figures.extend(figures::load_reduction_figures(paper_records));
     let models = models.into_iter().next().unwrap_or_default();
     Ok(Reproduction {
         tables,

@@ -2,8 +2,10 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use gtfdi::core::Dataset;
-use gtfdi::plant::{Fault, FaultCase, MapSet, NoiseLevel, Profile, Run, Scenario, simulate};
+use gtfdi::core::{Dataset, Signal};
+use gtfdi::plant::{
+    Fault, FaultCase, MapSet, NoiseLevel, Profile, Run, Scenario, Variant, simulate,
+};
 use rayon::prelude::*;
 
 use crate::error::{CampaignError, During as _};
@@ -32,6 +34,11 @@ pub const SIGNATURE_SIZES: [f64; 4] = [5.0, 5.0, 5.0, 2.0];
 pub const SIGNATURE_ONSET_S: f64 = 30.0;
 /// Start of the window of the signature, in seconds: transients of onset and models are over.
 pub const SIGNATURE_WINDOW_S: f64 = 60.0;
+
+/// The load reductions of section 3.1, by the plant's profiles.
+pub const LOAD_REDUCTIONS: [&str; 2] = ["load_reduction_igv", "load_reduction_fuel"];
+/// Length of a load reduction in seconds.
+pub const LOAD_REDUCTION_S: f64 = 300.0;
 
 /// The four cases of section 3.2.
 pub const CASES: [FaultCase; 4] = FaultCase::ALL;
@@ -62,6 +69,17 @@ impl Record {
             .select(&paper::INPUTS, outputs)
             .during(&self.plan.name)
     }
+
+    /// An input or output by name, as the plant has it, with its values.
+    pub fn signal(&self, name: &str) -> Option<(&Signal, Vec<f64>)> {
+        let truth = &self.run.truth;
+        let inputs = truth.inputs().iter().zip(truth.u().row_iter());
+        let outputs = truth.outputs().iter().zip(truth.y().row_iter());
+        let (signal, values) = inputs
+            .chain(outputs)
+            .find(|(signal, _)| signal.name == name)?;
+        Some((signal, values.iter().copied().collect()))
+    }
 }
 
 /// The runs on one map set; every run of a kind has the same scenario but for its run index.
@@ -75,7 +93,12 @@ pub struct Records {
     pub faults: Vec<Record>,
     /// The healthy signature run, then the four faulty ones, all with the same excitation.
     pub signature: Vec<Record>,
+    /// The load reductions of the machine on the mains.
+    pub load_reduction: Vec<Record>,
 }
+
+/// The number of groups of records.
+const GROUPS: usize = 5;
 
 fn plan(
     name: String,
@@ -88,8 +111,8 @@ fn plan(
     let scenario = Scenario {
         map_set,
         duration_s,
-        profile: Profile::named(profile).during(&name)?,
-        noise: NoiseLevel::None,
+        profile: Profile::named(Variant::Prototype, profile).during(&name)?,
+        noise: NoiseLevel::None.into(),
         seed,
         run_index,
         ..Scenario::default()
@@ -102,8 +125,9 @@ fn at_once(case: FaultCase, size: f64) -> Fault {
     Fault::growing(case, SIGNATURE_ONSET_S, size * 3600.0, Some(size))
 }
 
-fn plans(map_set: MapSet, seed: u64) -> Result<[Vec<Plan>; 4], CampaignError> {
-    // Run indices: 0..2 identification, 10.. healthy, 20.. nominal faults, 30 signature.
+fn plans(map_set: MapSet, seed: u64) -> Result<[Vec<Plan>; GROUPS], CampaignError> {
+    // Run indices: 0..2 identification, 10.. healthy, 20.. nominal faults, 30 signature; the
+    // effects of the faults take theirs from 40 on.
     let identification = ["identification", "validation1", "validation2"]
         .iter()
         .zip(0..)
@@ -163,7 +187,24 @@ fn plans(map_set: MapSet, seed: u64) -> Result<[Vec<Plan>; 4], CampaignError> {
         let name = format!("{map_set}_signature_case{}", case.number());
         signature.push(signature_plan(name, vec![at_once(case, size)])?);
     }
-    Ok([identification, healthy, faults, signature])
+    let load_reduction = LOAD_REDUCTIONS
+        .into_iter()
+        .map(|profile| load_reduction(map_set, profile, seed))
+        .collect::<Result<_, _>>()?;
+    Ok([identification, healthy, faults, signature, load_reduction])
+}
+
+fn load_reduction(map_set: MapSet, profile: &str, seed: u64) -> Result<Plan, CampaignError> {
+    let name = format!("{map_set}_{profile}");
+    let scenario = Scenario {
+        map_set,
+        duration_s: LOAD_REDUCTION_S,
+        profile: Profile::named(Variant::Cogeneration, profile).during(&name)?,
+        noise: NoiseLevel::None.into(),
+        seed,
+        ..Scenario::of(Variant::Cogeneration)
+    };
+    Ok(Plan { name, scenario })
 }
 
 /// Simulates everything, on all cores; the order of completion does not matter to any result.
@@ -172,7 +213,7 @@ pub fn simulate_all(
     seed: u64,
     progress: &dyn Progress,
 ) -> Result<Vec<Records>, CampaignError> {
-    let groups: Vec<[Vec<Plan>; 4]> = map_sets
+    let groups: Vec<[Vec<Plan>; GROUPS]> = map_sets
         .iter()
         .map(|map_set| plans(*map_set, seed))
         .collect::<Result<_, _>>()?;
@@ -180,6 +221,10 @@ pub fn simulate_all(
     let done = AtomicUsize::new(0);
     let record = |plan: &Plan| {
         let run = simulate(&plan.scenario).during(&plan.name)?;
+        // A shorter record would give other numbers under the same definitions.
+        if let Some(reason) = run.ended.clone() {
+            return Err(reason).during(&plan.name);
+        }
         progress.report(&plan.name, done.fetch_add(1, Ordering::Relaxed) + 1, total);
         Ok::<_, CampaignError>(Record {
             plan: plan.clone(),
@@ -198,11 +243,14 @@ pub fn simulate_all(
     let mut take = |plans: &[Plan]| records.by_ref().take(plans.len()).collect::<Vec<_>>();
     Ok(groups
         .iter()
-        .map(|[identification, healthy, faults, signature]| Records {
-            identification: take(identification),
-            healthy: take(healthy),
-            faults: take(faults),
-            signature: take(signature),
-        })
+        .map(
+            |[identification, healthy, faults, signature, load_reduction]| Records {
+                identification: take(identification),
+                healthy: take(healthy),
+                faults: take(faults),
+                signature: take(signature),
+                load_reduction: take(load_reduction),
+            },
+        )
         .collect())
 }

@@ -1,7 +1,15 @@
 //! The numbers of a reproduction, as they go into JSON.
 
+use std::collections::BTreeMap;
+use std::fmt;
+
 use gtfdi::fdi::FalseAlarmRate;
+use gtfdi::plant::LagLimit;
 use serde::Serialize;
+
+pub use super::cogeneration::{Cogeneration, Load, Manoeuvre, Transition};
+pub use super::contradictions::Contradiction;
+pub use super::effects::{Effects, PaperSignature};
 
 /// Version of the JSON object; it rises when a key changes its meaning.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -19,6 +27,15 @@ pub struct Tables {
     pub sample_time_s: f64,
     /// Table 3: steady state.
     pub table3: Vec<Table3Row>,
+    /// What a reader of `table3` must know.
+    pub table3_notes: Table3Notes,
+    /// What the four faults do to every output, by map set.
+    pub fault_effects: BTreeMap<String, Effects>,
+    /// The lag of the fuel actuator at which the speed loop loses its stability, by map set; null
+    /// where it never does.
+    pub lag_limit: BTreeMap<String, Option<LagLimit>>,
+    /// The machine of section 3.1 on the mains.
+    pub cogeneration: Cogeneration,
     /// Tables 5 and 6: reconstruction errors of the ARX models.
     pub table6: Vec<Table6Row>,
     /// How `table6` is computed.
@@ -58,6 +75,49 @@ pub struct Table3Row {
     pub model: f64,
     /// `100 (model - paper) / paper`.
     pub error_percent: f64,
+    /// Where the model's value comes from.
+    pub origin: Origin,
+}
+
+/// Where the model's value of an entry of Table 3 comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Origin {
+    /// A parameter was solved for it: met by construction.
+    Calibrated,
+    /// A mass flow, changed as little as closes the balances.
+    Reconciled,
+    /// Not used by the calibration: an independent check.
+    Check,
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.pad(match self {
+            Self::Calibrated => "calibrated",
+            Self::Reconciled => "reconciled",
+            Self::Check => "check",
+        })
+    }
+}
+
+/// What a reader of Table 3 must know.
+#[derive(Debug, Clone, Serialize)]
+pub struct Table3Notes {
+    /// Mean of the absolute errors over all entries, percent.
+    pub mean_absolute_error_percent: f64,
+    /// The same over the entries that are not met by construction.
+    pub mean_absolute_error_not_calibrated_percent: f64,
+    /// The error that is largest in modulus, percent.
+    pub largest_error_percent: f64,
+    /// The entry that has it.
+    pub largest_error_variable: String,
+    /// What `e_c` means here.
+    pub e_c_definition: &'static str,
+    /// The compressor map's isentropic efficiency between stations 2 and 3.
+    pub map_isentropic_efficiency: f64,
+    /// Where the table contradicts itself, and what was done about it.
+    pub contradictions: Vec<Contradiction>,
 }
 
 /// An output of Table 6: mean square error over the variance of the output.

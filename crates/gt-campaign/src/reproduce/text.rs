@@ -4,8 +4,10 @@ use std::fmt::Write as _;
 
 use super::Reproduction;
 use super::cells::{
-    DETECTION_HEAD, OBSERVER_HEAD, TABLE3_HEAD, TABLE3_NOTE, TABLE6_HEAD, signature_cells,
+    DETECTION_HEAD, LOADS_HEAD, MANOEUVRE_HEAD, MONITORED_HEAD, OBSERVER_HEAD, TABLE3_HEAD,
+    TABLE3_NOTE, TABLE6_HEAD, signature_cells,
 };
+use super::sections::SHARE_NOTE;
 use crate::report::text::{table, wrap};
 
 /// Characters in a line of a definition.
@@ -21,14 +23,14 @@ impl Reproduction {
                 text,
                 "{title}\n\n{}\n{}\n",
                 table(head, rows),
-                wrap(note, WIDTH)
+                paragraphs(note)
             );
         };
         section(
             "Table 3: steady state",
             &TABLE3_HEAD,
             &tables.table3_cells(),
-            TABLE3_NOTE,
+            &self.table3_notes(),
         );
         section(
             "Table 6: errors of the ARX models (free run; SSE)",
@@ -67,6 +69,73 @@ impl Reproduction {
             &tables.detection_cells(),
             &tables.detection_definition,
         );
+        for (map_set, effects) in tables.effects_in_order() {
+            for (what, reading, signature) in effects.readings() {
+                section(
+                    &format!("Fault effects on the monitored outputs: {what}, {map_set} maps"),
+                    &MONITORED_HEAD,
+                    &effects.monitored_cells(reading, &signature.signature),
+                    SHARE_NOTE,
+                );
+            }
+        }
+        let _ = writeln!(text, "{}\n", paragraphs(&self.effects_notes()));
+        let mut section = |title: &str, head: &[&str], rows: &[Vec<String>], note: &str| {
+            let table = table(head, rows);
+            let _ = writeln!(text, "{title}\n\n{table}\n{}\n", paragraphs(note));
+        };
+        let cogeneration = &tables.cogeneration;
+        for manoeuvre in &cogeneration.manoeuvres {
+            section(
+                &format!("{}, {} maps", manoeuvre.profile, manoeuvre.map_set),
+                &MANOEUVRE_HEAD,
+                &manoeuvre.cells(),
+                &manoeuvre.verdict(),
+            );
+        }
+        section(
+            "Steady loads on the mains",
+            &LOADS_HEAD,
+            &cogeneration.load_cells(),
+            &format!(
+                "{}\n{}",
+                cogeneration.definition, cogeneration.not_comparable
+            ),
+        );
         text
     }
+
+    /// What stands beneath Table 3: errors, origins, contradictions.
+    fn table3_notes(&self) -> String {
+        let mut notes = vec![self.tables.table3_summary(), TABLE3_NOTE.to_owned()];
+        for contradiction in &self.tables.table3_notes.contradictions {
+            notes.push(format!(
+                "- {}: {}. Here: {}.",
+                contradiction.entries.join(", "),
+                contradiction.printed,
+                contradiction.model
+            ));
+        }
+        notes.join("\n")
+    }
+
+    /// What stands beneath the effects of the faults.
+    fn effects_notes(&self) -> String {
+        let tables = &self.tables;
+        let mut notes = vec![tables.effects_verdict()];
+        for (map_set, effects) in tables.effects_in_order() {
+            notes.push(effects.lag_sentence(map_set));
+        }
+        notes.push(tables.lag_limit_sentence());
+        if let Some((_, effects)) = tables.effects_in_order().next() {
+            notes.push(effects.definition.clone());
+        }
+        notes.join("\n")
+    }
+}
+
+/// Each line of a text as a paragraph of lines of at most [`WIDTH`] characters.
+fn paragraphs(text: &str) -> String {
+    let paragraphs: Vec<String> = text.lines().map(|line| wrap(line, WIDTH)).collect();
+    paragraphs.join("\n")
 }

@@ -13,7 +13,8 @@ use crate::error::CampaignError;
 use crate::progress::Progress;
 
 impl Reproduction {
-    /// Writes `index.html`, `tables.json`, `figures/*.svg`, `figures/*.csv`, `logs/*.mcap` and
+    /// Writes `index.html`, `tables.json`, `figures/*.svg`, `figures/*.csv`, `tables/*.csv`,
+    /// `logs/*.mcap` and
     /// `models/*.json` below `folder`, which is made where it is missing. Files appear under
     /// their names only when they are whole.
     ///
@@ -39,6 +40,7 @@ impl Reproduction {
                     &records.healthy,
                     &records.faults,
                     &records.signature,
+                    &records.load_reduction,
                 ];
                 groups.into_iter().flatten()
             })
@@ -74,6 +76,13 @@ impl Reproduction {
             write_atomically(&name("svg"), figure.chart.stand_alone().as_bytes())?;
             write_atomically(&name("csv"), figure.chart.csv().as_bytes())?;
         }
+        let tables = make("tables")?;
+        for (map_set, effects) in &self.tables.fault_effects {
+            let path = tables.join(format!("fault_effects_{map_set}.csv"));
+            write_atomically(&path, effects.csv().as_bytes())?;
+        }
+        let steady = self.tables.cogeneration.steady_csv();
+        write_atomically(&tables.join("cogeneration_steady.csv"), steady.as_bytes())?;
         write_json(&folder.join("tables.json"), &self.tables)?;
         write_atomically(&folder.join("index.html"), self.page().as_bytes())?;
         progress.report(what, 1, 1);

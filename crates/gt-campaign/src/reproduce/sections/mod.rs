@@ -1,0 +1,6 @@
+//! Sections of the page that need more than a table.
+
+mod cogeneration;
+mod effects;
+
+pub(super) use effects::SHARE_NOTE;
