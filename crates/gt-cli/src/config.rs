@@ -14,6 +14,9 @@ pub trait Alternatives {
     /// Each entry holds the keys of one kind. A layer that has a key of one kind takes those of the
     /// other kinds out of the layers below; a layer with keys of two kinds is refused.
     const ALTERNATIVES: &'static [&'static [&'static str]] = &[];
+    /// The key of a file with values of its own for what is not given: where any layer has it, the
+    /// defaults are out of force.
+    const BASE_FILE: Option<&'static str> = None;
 }
 
 /// A configuration file: a section a verb. It is read into this only to be checked, so that
@@ -44,9 +47,21 @@ pub fn layered<T: Alternatives + Serialize + DeserializeOwned>(
     let (environment, flags): (Table, Table) = to_table(given)?
         .into_iter()
         .partition(|(key, _)| global.from_environment.contains(key));
-    let mut table = to_table(defaults)?;
+    let file = match &global.config {
+        Some(path) => file_section(path, section)?,
+        None => Table::new(),
+    };
+    let has_base = T::BASE_FILE.is_some_and(|key| {
+        [&file, &environment, &flags]
+            .iter()
+            .any(|layer| layer.contains_key(key))
+    });
+    let mut table = if has_base {
+        Table::new()
+    } else {
+        to_table(defaults)?
+    };
     if let Some(path) = &global.config {
-        let file = file_section(path, section)?;
         lay_over::<T>(&mut table, file).map_err(|error| Failure::in_file(path, error))?;
     }
     lay_over::<T>(&mut table, environment)

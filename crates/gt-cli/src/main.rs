@@ -10,6 +10,7 @@ mod output;
 mod progress;
 mod record;
 mod row_range;
+mod scenario;
 
 use std::collections::BTreeSet;
 use std::process::ExitCode;

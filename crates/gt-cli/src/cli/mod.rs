@@ -19,7 +19,7 @@ use crate::config::Alternatives;
 pub use design::{DesignArgs, GeneratorKind, Statistic};
 pub use detect::{DetectArgs, FailOn};
 pub use identify::{IdentifyArgs, Method, Structure};
-pub use simulate::{SimulateArgs, Variant};
+pub use simulate::SimulateArgs;
 
 /// The largest integer of a TOML file, and so of an option.
 const LARGEST: u64 = i64::MAX as u64;

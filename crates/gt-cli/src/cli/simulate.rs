@@ -2,37 +2,50 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use serde::{Deserialize, Serialize};
 
 use super::{count, integer};
 use crate::config::Alternatives;
 
-/// The machine's variants.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Variant {
-    /// The monitored prototype: valve angle and fuel, speed held, no power turbine
-    Prototype,
-}
-
 /// `gtfdi simulate`.
 #[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
-#[command(after_help = "Example: gtfdi simulate --seconds 60 --seed 3 --out run.mcap")]
+#[command(after_help = "\
+Example: gtfdi simulate --seconds 60 --seed 3 --out run.mcap
+         gtfdi simulate --variant cogeneration --profile load_reduction_igv --out run.mcap
+         gtfdi simulate --scenario winter.toml --faults faults.toml --out run.mcap
+
+Exit code 1 with a log that is whole but shorter than asked for: the plant left the range in which \
+the model means something.")]
 pub struct SimulateArgs {
-    /// The machine [default: prototype]
-    #[arg(long, env = "GTFDI_VARIANT", value_enum)]
-    pub variant: Option<Variant>,
+    /// A whole scenario, as the attachment config.toml of every simulated log holds it. Options
+    /// beside it replace its fields, the defaults below do not; fields that it leaves out are those
+    /// of a healthy run of 600 s of the prototype, without noise, with seed 0
+    #[arg(long, env = "GTFDI_SCENARIO", value_name = "FILE.toml")]
+    pub scenario: Option<PathBuf>,
+    /// The machine: prototype (valve and fuel, speed held by the governor) or cogeneration (on the
+    /// mains, fuel sets the load, guide vanes hold the exhaust temperature) [default: prototype]
+    #[arg(long, env = "GTFDI_VARIANT")]
+    pub variant: Option<String>,
     /// Component maps: paper (flat, shows the paper's signature) or axial (usual slopes)
     /// [default: paper]
     #[arg(long, env = "GTFDI_MAP_SET")]
     pub map_set: Option<String>,
-    /// Excitation: steady, gentle, standard, lively or wide [default: standard]
+    /// Table of speed lines in the place of the compressor's map: kind = "compressor" and a
+    /// `[[line]]` with speed, `pressure_ratio`, flow and efficiency each
+    #[arg(long, env = "GTFDI_COMPRESSOR_MAP", value_name = "FILE.toml")]
+    pub compressor_map: Option<PathBuf>,
+    /// Table of speed lines in the place of the turbine's map, of kind = "turbine"
+    #[arg(long, env = "GTFDI_TURBINE_MAP", value_name = "FILE.toml")]
+    pub turbine_map: Option<PathBuf>,
+    /// Excitation: steady, gentle, standard, lively or wide; in cogeneration steady, standard,
+    /// `load_reduction_igv` or `load_reduction_fuel` [default: standard]
     #[arg(long, env = "GTFDI_PROFILE")]
     pub profile: Option<String>,
-    /// Sensor noise: none, low (1 % of each signal's deviation) or table8 (the paper's Table 8)
-    /// [default: low]
+    /// Sensor noise: none, low (1 % of each signal's deviation), table8 (the paper's Table 8 as
+    /// standard deviations), `table8_variance` (as variances) or `tables4_5` (the accuracies of
+    /// Tables 4 and 5 as three standard deviations) [default: low]
     #[arg(long, env = "GTFDI_NOISE")]
     pub noise: Option<String>,
     /// Faults, one `[[fault]]` table each
@@ -46,7 +59,7 @@ pub struct SimulateArgs {
         allow_negative_numbers = true
     )]
     pub seconds: Option<f64>,
-    /// Seed of excitation and noise [default: 1]
+    /// Seed of excitation, noise and random faults [default: 1]
     #[arg(long, env = "GTFDI_SEED", value_name = "N", value_parser = integer())]
     pub seed: Option<u64>,
     /// Index of the run under this seed [default: 0]
@@ -60,4 +73,6 @@ pub struct SimulateArgs {
     pub out: Option<PathBuf>,
 }
 
-impl Alternatives for SimulateArgs {}
+impl Alternatives for SimulateArgs {
+    const BASE_FILE: Option<&'static str> = Some("scenario");
+}

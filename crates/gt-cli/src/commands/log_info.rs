@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use gt_log::{LogInfo, info};
+use gtfdi::core::Signal;
 use serde::Serialize;
 
 use super::SCHEMA_VERSION;
@@ -17,6 +18,15 @@ struct Report<'a> {
     schema_version: u32,
     #[serde(flatten)]
     info: &'a LogInfo,
+}
+
+/// A field with its unit.
+fn field(signal: &Signal) -> String {
+    if signal.unit.is_empty() {
+        signal.name.clone()
+    } else {
+        format!("{} [{}]", signal.name, signal.unit)
+    }
 }
 
 /// Runs the verb.
@@ -61,8 +71,19 @@ pub fn run(file: &Path, global: &GlobalArgs) -> Result<Outcome, Failure> {
         &rows,
     ));
     // Writing to a string cannot fail.
+    for topic in &info.topics {
+        let fields: Vec<String> = topic.fields.iter().map(field).collect();
+        if !fields.is_empty() {
+            let _ = writeln!(text, "{}: {}", topic.topic, fields.join(", "));
+        }
+    }
     for record in &info.metadata {
         let _ = writeln!(text, "metadata {}", record.name);
+        if record.name == "gtfdi.remarks" {
+            for (key, remark) in &record.values {
+                let _ = writeln!(text, "  {key}: {remark}");
+            }
+        }
     }
     for attachment in &info.attachments {
         let (name, size) = (&attachment.name, attachment.size_bytes);

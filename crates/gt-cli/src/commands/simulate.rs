@@ -1,42 +1,40 @@
 //! `gtfdi simulate`: the embedded turbine to an MCAP log.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use gt_log::RunMetadata;
-use gtfdi::plant::{Fault, PlantError, Profile, SAMPLE_TIME_S, Scenario, simulate};
-use serde::{Deserialize, Serialize};
+use gtfdi::plant::{Profile, SAMPLE_TIME_S, Scenario, Variant, simulate};
+use serde::Serialize;
 
 use super::SCHEMA_VERSION;
 use crate::Outcome;
-use crate::cli::{GlobalArgs, SimulateArgs, Variant};
+use crate::cli::{GlobalArgs, SimulateArgs};
 use crate::config::layered;
 use crate::failure::Failure;
 use crate::output::{complain, print, print_json};
 use crate::record::check_out;
-
-/// A file of faults.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FaultFile {
-    #[serde(default)]
-    fault: Vec<Fault>,
-}
+use crate::scenario::{refused, scenario};
 
 #[derive(Serialize)]
 struct Report<'a> {
     schema_version: u32,
+    variant: Variant,
+    /// The name of the profile; `null` for one of its own.
+    profile: Option<&'static str>,
     samples: usize,
     sample_time_s: f64,
     substep_s: f64,
     real_time_factor: f64,
     warnings: Vec<String>,
+    /// Why the record is shorter than asked for, if it is.
+    ended: Option<String>,
     out: &'a Path,
 }
 
 fn defaults() -> SimulateArgs {
     SimulateArgs {
-        variant: Some(Variant::Prototype),
+        variant: Some("prototype".into()),
         map_set: Some("paper".into()),
         profile: Some("standard".into()),
         noise: Some("low".into()),
@@ -48,38 +46,13 @@ fn defaults() -> SimulateArgs {
     }
 }
 
-fn faults(path: &Path) -> Result<Vec<Fault>, Failure> {
-    let text = std::fs::read_to_string(path).map_err(|error| Failure::in_file(path, error))?;
-    let file: FaultFile = toml::from_str(&text)
-        .map_err(|error| Failure::in_file(path, error.to_string().trim_end()))?;
-    if file.fault.is_empty() {
-        return Err(Failure::in_file(
-            path,
-            "expected at least one [[fault]] table, found none",
-        ));
-    }
-    Ok(file.fault)
-}
-
-/// A refusal that names the option as it is typed.
-fn refused(error: &PlantError) -> Failure {
-    let text = error.to_string();
-    let option = match error {
-        PlantError::Duration { .. } => "--seconds",
-        PlantError::Substeps { .. } => "--substeps",
-        PlantError::UnknownName {
-            what: "profile", ..
-        } => "--profile",
-        PlantError::UnknownName {
-            what: "map set", ..
-        } => "--map-set",
-        PlantError::UnknownName { what: "noise", .. } => "--noise",
-        _ => return Failure::input(text),
-    };
-    let rest = text
-        .split_once(": ")
-        .map_or(text.as_str(), |(_, rest)| rest);
-    Failure::input(format!("{option}: {rest}"))
+/// The name of the profile, if it is a named one.
+fn profile_name(scenario: &Scenario) -> Option<&'static str> {
+    let variant = scenario.variant;
+    Profile::names(variant)
+        .iter()
+        .find(|name| Profile::named(variant, name).as_ref() == Ok(&scenario.profile))
+        .copied()
 }
 
 /// Runs the verb.
@@ -89,38 +62,27 @@ pub fn run(args: &SimulateArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
     };
     let out = args
         .out
+        .clone()
         .ok_or_else(|| Failure::missing("--out", "--out run.mcap"))?;
-    let inputs: Vec<&Path> = args.faults.iter().map(PathBuf::as_path).collect();
+    let inputs: Vec<&Path> = [
+        &args.scenario,
+        &args.compressor_map,
+        &args.turbine_map,
+        &args.faults,
+    ]
+    .into_iter()
+    .filter_map(|path| path.as_deref())
+    .collect();
     check_out(&out, &inputs)?;
-    let standard = Scenario::default();
-    let scenario = Scenario {
-        map_set: args
-            .map_set
-            .unwrap_or_default()
-            .parse()
-            .map_err(|error| refused(&error))?,
-        duration_s: args.seconds.unwrap_or(standard.duration_s),
-        substeps: args.substeps.unwrap_or(standard.substeps),
-        profile: Profile::named(&args.profile.unwrap_or_default())
-            .map_err(|error| refused(&error))?,
-        noise: args
-            .noise
-            .unwrap_or_default()
-            .parse()
-            .map_err(|error| refused(&error))?,
-        faults: args.faults.as_deref().map_or(Ok(Vec::new()), faults)?,
-        seed: args.seed.unwrap_or(standard.seed),
-        run_index: args.run_index.unwrap_or(standard.run_index),
-    };
-    scenario.validate().map_err(|error| match error {
-        PlantError::Scenario { .. } | PlantError::RepeatedFault { .. } => {
-            Failure::in_file(args.faults.as_deref().unwrap_or(Path::new("faults")), error)
-        }
-        error => refused(&error),
-    })?;
+    let scenario = scenario(&args)?;
     let started = Instant::now();
-    let simulated = simulate(&scenario).map_err(Failure::input)?;
+    let simulated = simulate(&scenario).map_err(|error| refused(&error, &args))?;
     let integration_s = started.elapsed().as_secs_f64();
+    let samples = simulated.truth.len();
+    if let (0, Some(reason)) = (samples, &simulated.ended) {
+        // A plant that rests where it may not is no run that ended.
+        return Err(refused(reason, &args));
+    }
     let metadata = RunMetadata {
         seed: Some(scenario.seed),
         run_index: Some(scenario.run_index),
@@ -129,14 +91,16 @@ pub fn run(args: &SimulateArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
     };
     gt_log::write_run(&out, &simulated, &metadata).map_err(Failure::failed)?;
 
-    let samples = simulated.truth.len();
     let report = Report {
         schema_version: SCHEMA_VERSION,
+        variant: scenario.variant,
+        profile: profile_name(&scenario),
         samples,
         sample_time_s: SAMPLE_TIME_S,
-        substep_s: SAMPLE_TIME_S / scenario.substeps as f64,
+        substep_s: scenario.step_s(),
         real_time_factor: samples as f64 * SAMPLE_TIME_S / integration_s,
         warnings: simulated.warnings.iter().map(ToString::to_string).collect(),
+        ended: simulated.ended.as_ref().map(ToString::to_string),
         out: &out,
     };
     for warning in &report.warnings {
@@ -152,5 +116,13 @@ pub fn run(args: &SimulateArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
             report.real_time_factor
         ))?;
     }
-    Ok(Outcome::Done)
+    match &report.ended {
+        None => Ok(Outcome::Done),
+        Some(reason) => Err(Failure::failed(format!(
+            "the run ended after {samples} of {} samples, because the plant left the range in \
+             which the model means something: {reason}; {} holds what there is",
+            scenario.samples().map_err(Failure::failed)?,
+            out.display()
+        ))),
+    }
 }

@@ -39,6 +39,7 @@ fn fault_files() {
     let place = Place::new();
     let drift = "[[fault]]\ncase = \"thermocouple_drift\"\nonset_s = 1.0\n";
     let rate = "rate_percent_per_h = 5.0\n";
+    let stuck = "[[fault]]\nsensor = \"t3\"\nmode = \"stuck\"\nonset_s = 1.0\n";
     let cases = [
         (format!("{drift}{rate}spead = 3.0\n"), "spead"),
         (drift.to_owned(), "rate_percent_per_h"),
@@ -58,8 +59,21 @@ fn fault_files() {
             "size of thermocouple_drift at the end [%]: expected a size below 100 %",
         ),
         (
-            format!("{drift}{rate}{drift}{rate}"),
-            "expected each case once, found thermocouple_drift twice",
+            "[[fault]]\nsensor = \"t33\"\nmode = \"stuck\"\n".to_owned(),
+            "channel: expected one of a_v, M_f, w_ref, p_a, T_a, LHV, IGV, p1,",
+        ),
+        (
+            format!("{stuck}{stuck}"),
+            "expected at most one that holds sensor t3, found t3_stuck and t3_stuck",
+        ),
+        (
+            format!("{stuck}step = {{ size = 2.0 }}\n"),
+            "mode stuck of a fault: expected a step or intermittent of size 1, found step of size 2",
+        ),
+        (
+            "[[fault]]\nactuator = \"IGV\"\nmode = \"stuck\"\n".to_owned(),
+            "actuator of a fault: expected in the variant prototype a channel of its records, \
+             found IGV",
         ),
     ];
     for (text, message) in cases {

@@ -231,26 +231,50 @@ fn simulations() {
             "--seconds: expected between 0.08 and 160000 s, found inf",
         ),
         ("--seconds", "long", "--seconds"),
-        ("--substeps", "2", "--substeps: expected"),
-        ("--substeps", "0", "--substeps: expected"),
+        (
+            "--substeps",
+            "23",
+            "--substeps: expected 24 to 10000 a sample (a step of at most 0.003400 s), found 23",
+        ),
+        (
+            "--substeps",
+            "0",
+            "--substeps: expected 1 to 10000 a sample (a step of at most 0.080000 s), found 0",
+        ),
         (
             "--profile",
             "wild",
-            "--profile: expected one of steady, gentle, standard",
+            "--profile: expected one of steady, gentle, standard, lively, wide, found `wild`",
         ),
-        ("--map-set", "flat", "--map-set: expected one of paper"),
+        (
+            "--map-set",
+            "flat",
+            "--map-set: expected one of paper, axial, found `flat`",
+        ),
         (
             "--noise",
             "loud",
-            "--noise: expected one of none, low, table8, found `loud`",
+            "--noise: expected one of none, low, table8, table8_variance, tables4_5, found `loud`",
         ),
-        ("--variant", "jet", "--variant"),
+        (
+            "--variant",
+            "jet",
+            "--variant: expected one of prototype, cogeneration, found `jet`",
+        ),
         ("--seed", "18446744073709551615", "--seed"),
     ];
     for (option, value, text) in cases {
         let args = ["simulate", option, value, "--out", "run.mcap", "--json"];
         place.refused(&args, &[text]);
     }
+    let tail = ["--profile", "wide", "--out", "run.mcap"];
+    place.refused(
+        &[&["simulate", "--variant", "cogeneration"], &tail[..]].concat(),
+        &[
+            "--profile: expected one of steady, standard, load_reduction_igv, load_reduction_fuel, \
+           found `wide`",
+        ],
+    );
 }
 
 #[test]

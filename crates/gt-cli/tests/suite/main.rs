@@ -5,13 +5,16 @@
 mod bad_file;
 mod bad_option;
 mod bad_record;
+mod bad_scenario;
 mod config;
 mod identify;
+mod maps;
 mod order;
 mod output_file;
 mod place;
 mod public_road;
 mod road;
+mod scenario;
 mod signal;
 mod simulate;
 mod stream;

@@ -64,6 +64,23 @@ impl Place {
         self.ends_badly(2, &mut self.command(args), texts);
     }
 
+    /// As [`Place::refused`], with the whole text. `FIRST|LAST` are its first line and how its last
+    /// begins, between which stands an excerpt of a file with the place of the mistake.
+    pub fn refused_exactly(&self, args: &[&str], text: &str) {
+        self.refused(args, &[]);
+        let found = self.run(args).stderr;
+        let whole = format!("gtfdi: {text}");
+        let agrees = match whole.split_once('|') {
+            Some((first, last)) => {
+                found.starts_with(&format!("{first}\n"))
+                    && found.contains("^\n")
+                    && found.contains(&format!("\n{last}"))
+            }
+            None => found == format!("{whole}\n"),
+        };
+        assert!(agrees, "{args:?}: expected `{text}`, found\n{found}");
+    }
+
     /// As [`Place::refused`], with another exit code or environment.
     pub fn ends_badly(&self, code: i32, command: &mut Command, texts: &[&str]) {
         let before = contents(self.folder.path());

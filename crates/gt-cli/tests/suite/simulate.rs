@@ -31,10 +31,10 @@ fn a_minute_has_750_samples_on_both_topics() {
     assert!(array(&report, "/warnings").is_empty());
 
     let info = place.json(&["log", "info", "s.mcap"]);
-    for name in ["/plant/truth", "/plant/measured"] {
+    for (name, fields) in [("/plant/truth", 6 + 28 + 3), ("/plant/measured", 6 + 28)] {
         let topic = topic(&info, name);
         assert_eq!(topic["messages"], 750);
-        assert!(array(topic, "/fields").len() >= 28, "{topic}");
+        assert_eq!(array(topic, "/fields").len(), fields, "{topic}");
         // t = 0 .. (N - 1) Ts
         assert_eq!(topic["first_s"], 0.0);
         assert!((number(topic, "/last_s") - 749.0 * 0.08).abs() < 1e-9);
@@ -136,4 +136,39 @@ fn a_shorter_step_is_reported() {
         "--json",
     ]);
     assert_eq!(object(&ran.stdout)["samples"], 1);
+}
+
+#[test]
+fn faults_of_sensors_and_actuators_are_logged_with_names_of_their_own() {
+    let place = Place::new();
+    let bias =
+        "[[fault]]\nsensor = \"t3\"\nmode = \"bias\"\nonset_s = 1.0\nstep = { size = 2.0 }\n";
+    let lost = "[[fault]]\nsensor = \"a_v\"\nmode = \"dropout\"\nonset_s = 3.2\n";
+    let stuck = "[[fault]]\nactuator = \"M_f\"\nmode = \"stuck\"\nonset_s = 2.0\nend_s = 3.0\n";
+    place.write("faults.toml", [bias, lost, stuck, bias].concat());
+    let args = [
+        "simulate",
+        "--seconds",
+        "4",
+        "--noise",
+        "tables4_5",
+        "--faults",
+        "faults.toml",
+        "--out",
+        "f.mcap",
+    ];
+    place.json(&args);
+    let info = place.json(&["log", "info", "f.mcap"]);
+    let faults = topic(&info, "/plant/faults");
+    let names = ["t3_bias", "a_v_dropout", "M_f_actuator_stuck", "t3_bias_2"];
+    let found: Vec<&Value> = array(faults, "/fields")
+        .iter()
+        .map(|f| &f["name"])
+        .take(names.len())
+        .collect();
+    assert_eq!(found, names);
+    // A sample that is lost is no sample: nothing is identified from it.
+    let identify = ["identify", "f.mcap", "--inputs", "a_v", "--outputs", "t3"];
+    let tail = ["--order", "1", "--out", "model.json"];
+    place.refused(&[&identify[..], &tail].concat(), &["f.mcap", "a_v"]);
 }
