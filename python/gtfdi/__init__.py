@@ -51,6 +51,8 @@ from gtfdi._gtfdi import (
     order_table,
     read,
     simulate,
+    steady_state,
+    units,
 )
 
 __all__ = [
@@ -86,4 +88,6 @@ __all__ = [
     "order_table",
     "read",
     "simulate",
+    "steady_state",
+    "units",
 ]

@@ -27,6 +27,8 @@ __all__ = [
     "order_table",
     "read",
     "simulate",
+    "steady_state",
+    "units",
 ]
 
 __version__: str
@@ -146,6 +148,12 @@ class Run:
     def truth(self) -> Dataset: ...
     @property
     def measured(self) -> Dataset: ...
+    @property
+    def hidden(self) -> _Doubles: ...
+    @property
+    def hidden_names(self) -> list[str]: ...
+    @property
+    def ended(self) -> str | None: ...
     @property
     def faults(self) -> _Doubles: ...
     @property
@@ -386,16 +394,22 @@ class VerdictSeries:
     def __len__(self) -> int: ...
 
 def simulate(
-    seconds: float = 60.0,
+    seconds: float | None = None,
     *,
-    seed: int = 1,
-    run_index: int = 0,
-    profile: str = "standard",
-    noise: str = "low",
-    map_set: str = "paper",
-    faults: Sequence[Mapping[str, float | str | None]] = (),
-    substeps: int = 40,
+    scenario: Mapping[str, Any] | _Path | None = None,
+    variant: str | None = None,
+    seed: int | None = None,
+    run_index: int | None = None,
+    profile: str | None = None,
+    noise: str | Mapping[str, Any] | None = None,
+    map_set: str | None = None,
+    faults: Sequence[Mapping[str, Any]] | None = None,
+    substeps: int | None = None,
 ) -> Run: ...
+def steady_state(
+    variant: str = "prototype", map_set: str = "paper"
+) -> dict[str, float]: ...
+def units(variant: str = "prototype") -> dict[str, str]: ...
 def read(
     path: _Path,
     *,

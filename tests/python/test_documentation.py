@@ -82,10 +82,13 @@ def test_version_is_that_of_the_workspace(root):
 def test_the_readme_runs_as_printed(root, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"^```python\n(.*?)^```", (root / "README.md").read_text(), re.M | re.S)
-    assert blocks
+    printed = []
     for block in blocks:
         exec(compile(block, "README.md", "exec"), {})  # noqa: S102
+        printed.append(capsys.readouterr().out.splitlines())
+    road, plant = printed
     # The thermocouple drifts, so its output alone alarms, after the onset at 60 s.
-    alarms = [ast.literal_eval(line) for line in capsys.readouterr().out.splitlines()]
+    alarms = [ast.literal_eval(line) for line in road]
     assert {alarm["tag"] for alarm in alarms} == {"t3"}
     assert min(alarm["time_s"] for alarm in alarms) > 60.0
+    assert plant == ["(750, 31) ['e_c', 'e_t', 'M_fc'] None", "p7 206409 Pa"]

@@ -1,5 +1,7 @@
 //! What goes wrong on the way between Python and the rooms, and which exception says so.
 
+use std::path::PathBuf;
+
 use gt_log::LogError;
 use gtfdi::core::{DataError, DimensionError, ModelError};
 use gtfdi::fdi::{FdiError, StepError};
@@ -46,6 +48,34 @@ pub enum Failure {
         index: usize,
         /// What the keys should be.
         cause: toml::de::Error,
+    },
+    /// The noise of a scenario has other keys or values than there are.
+    #[error("noise: {cause}")]
+    Noise {
+        /// What the keys should be.
+        cause: toml::de::Error,
+    },
+    /// A scenario has other keys or values than there are.
+    #[error("scenario: {cause}")]
+    Scenario {
+        /// What the keys should be.
+        cause: toml::de::Error,
+    },
+    /// A file is no scenario.
+    #[error("{}: {}", path.display(), cause.to_string().trim_end())]
+    ScenarioFile {
+        /// The file.
+        path: PathBuf,
+        /// What it should hold.
+        cause: toml::de::Error,
+    },
+    /// A file cannot be read.
+    #[error("{}: {cause}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        cause: std::io::Error,
     },
     /// A scenario has no TOML form.
     #[error("scenario: expected a TOML form, found none: {cause}")]
@@ -110,8 +140,13 @@ impl Failure {
             Self::Ident(_) => ("IdentError", None),
             Self::Step(_) | Self::Fdi(FdiError::Step(_)) => ("StepError", None),
             Self::Fdi(_) => ("DesignError", None),
-            Self::Plant(_) | Self::Fault { .. } | Self::NotToml { .. } => ("PlantError", None),
-            Self::Log(_) | Self::Json { .. } => ("LogError", None),
+            Self::Plant(_)
+            | Self::Fault { .. }
+            | Self::Noise { .. }
+            | Self::Scenario { .. }
+            | Self::ScenarioFile { .. }
+            | Self::NotToml { .. } => ("PlantError", None),
+            Self::Log(_) | Self::Json { .. } | Self::Unreadable { .. } => ("LogError", None),
             Self::NotNumbers { .. } => ("ArrayTypeError", None),
             Self::Option { .. } => ("OptionError", None),
             Self::Python(_) => ("GtfdiError", None),

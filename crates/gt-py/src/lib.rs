@@ -23,6 +23,7 @@ mod detector;
 mod error;
 mod observer;
 mod plant;
+mod scenario;
 mod state_space;
 
 /// The compiled half of the package.
@@ -43,7 +44,7 @@ mod _gtfdi {
     #[pymodule_export]
     use crate::observer::{PyObserver, observer};
     #[pymodule_export]
-    use crate::plant::{PyRun, simulate};
+    use crate::plant::{PyRun, simulate, steady_state, units};
     #[pymodule_export]
     use crate::state_space::PyStateSpace;
 

@@ -1,20 +1,21 @@
-//! `simulate`: the embedded gas turbine.
+//! `simulate`, `steady_state` and `units`: the embedded gas turbine.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use gt_log::{RunMetadata, write_run};
 use gtfdi::core::{Dataset, Signal};
-use gtfdi::plant::{self, Fault, Profile, Run, Scenario};
+use gtfdi::plant::channels::{HIDDEN_CHANNELS, signals};
+use gtfdi::plant::{self, PlantParameters, Run, Scenario, Variant};
 use nalgebra::DMatrix;
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyString};
-use serde::Deserialize;
+use pyo3::types::PyDict;
 
 use crate::array::samples_out;
 use crate::dataset::{PyDataset, names};
 use crate::error::Failure;
+use crate::scenario::Arguments;
 
 /// The record of a simulated run; see ``simulate``.
 #[pyclass(frozen, name = "Run", module = "gtfdi")]
@@ -22,9 +23,12 @@ pub struct PyRun {
     scenario: Scenario,
     truth: Arc<Dataset>,
     measured: Arc<Dataset>,
+    hidden_signals: Vec<Signal>,
+    hidden: DMatrix<f64>,
     fault_signals: Vec<Signal>,
     fault_magnitudes: DMatrix<f64>,
     warnings: Vec<plant::Warning>,
+    ended: Option<plant::PlantError>,
 }
 
 #[pymethods]
@@ -39,6 +43,25 @@ impl PyRun {
     #[getter]
     fn measured(&self) -> PyDataset {
         PyDataset::new(Arc::clone(&self.measured))
+    }
+
+    /// What no sensor measures: efficiencies ``e_c`` and ``e_t``, and the fuel flow ``M_fc`` that
+    /// reaches the combustor; an array (N, 3).
+    #[getter]
+    fn hidden<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        samples_out(py, self.hidden.clone())
+    }
+
+    /// Names of the columns of ``hidden``.
+    #[getter]
+    fn hidden_names(&self) -> Vec<String> {
+        names(&self.hidden_signals)
+    }
+
+    /// Why the record is shorter than asked for, as text; ``None`` where it is not.
+    #[getter]
+    fn ended(&self) -> Option<String> {
+        self.ended.as_ref().map(ToString::to_string)
     }
 
     /// Magnitude of each fault at each sample, an array (N, nf).
@@ -62,13 +85,13 @@ impl PyRun {
             .collect()
     }
 
-    /// What a reader of the record should know, as text.
+    /// What a reader of the record should know, as text: limits that were met, maps that were left.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.warnings.iter().map(ToString::to_string).collect()
     }
 
-    /// The whole scenario as TOML.
+    /// The whole scenario as TOML; as a file it is one for ``simulate(scenario=path)``.
     #[getter]
     fn config(&self) -> Result<String, Failure> {
         toml::to_string(&self.scenario).map_err(|cause| Failure::NotToml { cause })
@@ -94,9 +117,12 @@ impl PyRun {
         let run = Run {
             truth: Dataset::clone(&self.truth),
             measured: Dataset::clone(&self.measured),
+            hidden_signals: self.hidden_signals.clone(),
+            hidden: self.hidden.clone(),
             fault_signals: self.fault_signals.clone(),
             fault_magnitudes: self.fault_magnitudes.clone(),
             warnings: self.warnings.clone(),
+            ended: self.ended.clone(),
         };
         Ok(py.detach(|| write_run(&path, &run, &metadata))?)
     }
@@ -108,7 +134,8 @@ impl PyRun {
     fn __repr__(&self) -> String {
         let faults = self.fault_names().join(", ");
         format!(
-            "Run({} samples of {} s, seed {}, faults: {})",
+            "Run({}, {} samples of {} s, seed {}, faults: {})",
+            self.scenario.variant,
             self.truth.len(),
             self.truth.sample_time_s(),
             self.scenario.seed,
@@ -121,38 +148,54 @@ impl PyRun {
     }
 }
 
-/// Simulates the gas turbine: 5 inputs, 28 outputs, a sample every 0.08 s.
+/// Simulates the gas turbine, a sample every 0.08 s.
 ///
+/// The prototype has 6 inputs and 28 outputs, the machine in cogeneration 7 and 31; see ``units``.
 /// One seed and run index give the same arrays everywhere, and the defaults are those of the
 /// command line. The lock on the interpreter is released meanwhile.
 ///
 /// Parameters
 /// ----------
-/// seconds : float
+/// seconds : float, default 60
 ///     Length of the record.
-/// seed, run_index : int
-///     Seed of excitation and noise; index of the run under that seed.
-/// profile : {"steady", "gentle", "standard", "lively", "wide"}
-///     Excitation.
-/// noise : {"none", "low", "table8"}
-///     Sensor noise.
-/// map_set : {"paper", "axial"}
+/// scenario : dict or path_like, optional
+///     Everything that determines a run: a dictionary with the keys of a scenario file
+///     (``variant``, ``map_set``, ``maps``, ``duration_s``, ``substeps``, ``profile``,
+///     ``boundary``, ``disturbance``, ``noise``, ``faults``, ``seed``, ``run_index``), or the path
+///     of one. The other arguments replace its fields, their defaults do not; what it leaves out is
+///     that of a healthy run of 600 s of the prototype, without noise, with seed 0.
+/// variant : {"prototype", "cogeneration"}, default "prototype"
+///     The machine with speed governor and pressurising valve, or on the electric mains with guide
+///     vanes.
+/// seed, run_index : int, default 1 and 0
+///     Seed of excitation, noise and random faults; index of the run under that seed.
+/// profile : str, default "standard"
+///     Excitation: ``steady``, ``gentle``, ``standard``, ``lively`` or ``wide``; in cogeneration
+///     ``steady``, ``standard``, ``load_reduction_igv`` or ``load_reduction_fuel``.
+/// noise : {"none", "low", "table8", "table8_variance", "tables4_5"} or dict, default "low"
+///     Sensor noise: a level, or a dictionary with ``level`` and ``channels``, where
+///     ``channels`` maps names to dictionaries of ``deviation`` (in the channel's unit) or
+///     ``share`` (of the healthy signal's deviation), ``pole`` and ``resolution``.
+/// map_set : {"paper", "axial"}, default "paper"
 ///     Compressor map.
-/// faults : sequence of dict
-///     Faults with the keys of the fault files: ``case`` and ``onset_s``, then
-///     ``rate_percent_per_h`` and ``limit_percent``, or for ``fuel_actuator_lag``
-///     ``rate_s_per_h`` and ``limit_s``.
-/// substeps : int
+/// faults : sequence of dict, default ()
+///     Faults with the keys of the fault files: ``case``, or ``sensor`` or ``actuator`` with a
+///     ``mode``; ``onset_s`` and ``end_s``; and one of the dictionaries ``step``, ``ramp``,
+///     ``exponential`` and ``intermittent``. A case also takes ``rate_percent_per_h`` and
+///     ``limit_percent`` (``rate_s_per_h`` and ``limit_s`` for ``fuel_actuator_lag``).
+/// substeps : int, default 40
 ///     Integration steps a sample.
 ///
 /// Returns
 /// -------
 /// Run
+///     Shorter than asked for where the plant left the range in which the model means something;
+///     its ``ended`` then says which quantity did.
 ///
 /// Raises
 /// ------
 /// PlantError
-///     The scenario makes no sense, or the plant leaves the range where the model means something.
+///     The scenario makes no sense, or its plant does not even rest within that range.
 ///
 /// Examples
 /// --------
@@ -160,60 +203,125 @@ impl PyRun {
 /// >>> run = gtfdi.simulate(60.0, seed=3, faults=[fouling])
 /// >>> run.measured.y.shape, run.fault_names
 /// ((750, 28), ['compressor_fouling'])
+///
+/// A colder day in cogeneration, a degree an hour:
+///
+/// >>> day = {"boundary": {"temperature_k": {"offset": -10.0, "rate_per_h": -1.0}}, "seed": 3}
+/// >>> run = gtfdi.simulate(8.0, scenario=day, variant="cogeneration")
+/// >>> run.measured.u.shape, run.hidden_names
+/// ((100, 7), ['e_c', 'e_t', 'M_fc'])
 #[pyfunction]
-#[pyo3(signature = (seconds=60.0, *, seed=1, run_index=0, profile="standard", noise="low",
-    map_set="paper", faults=Vec::new(), substeps=40), text_signature = "(seconds=60.0, *, seed=1, \
-    run_index=0, profile='standard', noise='low', map_set='paper', faults=(), substeps=40)")]
+#[pyo3(signature = (seconds=None, *, scenario=None, variant=None, seed=None, run_index=None,
+    profile=None, noise=None, map_set=None, faults=None, substeps=None))]
 #[allow(clippy::too_many_arguments)] // Python names them
-pub fn simulate(
-    py: Python<'_>,
-    seconds: f64,
-    seed: u64,
-    run_index: u64,
-    profile: &str,
-    noise: &str,
-    map_set: &str,
-    faults: Vec<Bound<'_, PyDict>>,
-    substeps: usize,
+pub fn simulate<'py>(
+    py: Python<'py>,
+    seconds: Option<f64>,
+    scenario: Option<Bound<'py, PyAny>>,
+    variant: Option<&'py str>,
+    seed: Option<u64>,
+    run_index: Option<u64>,
+    profile: Option<&'py str>,
+    noise: Option<Bound<'py, PyAny>>,
+    map_set: Option<&'py str>,
+    faults: Option<Vec<Bound<'py, PyDict>>>,
+    substeps: Option<usize>,
 ) -> Result<PyRun, Failure> {
-    let faults = faults
-        .iter()
-        .enumerate()
-        .map(|(index, fault)| read_fault(index, fault))
-        .collect::<Result<Vec<Fault>, Failure>>()?;
-    let scenario = Scenario {
-        map_set: map_set.parse()?,
-        duration_s: seconds,
-        substeps,
-        profile: Profile::named(profile)?,
-        noise: noise.parse()?,
-        faults,
+    let arguments = Arguments {
+        seconds,
+        scenario,
+        variant,
         seed,
         run_index,
+        profile,
+        noise,
+        map_set,
+        faults,
+        substeps,
     };
+    let scenario = arguments.scenario()?;
     let run = py.detach(|| plant::simulate(&scenario))?;
+    if let (0, Some(reason)) = (run.truth.len(), &run.ended) {
+        // A plant that rests where it may not is no run that ended.
+        return Err(reason.clone().into());
+    }
     Ok(PyRun {
         scenario,
         truth: Arc::new(run.truth),
         measured: Arc::new(run.measured),
+        hidden_signals: run.hidden_signals,
+        hidden: run.hidden,
         fault_signals: run.fault_signals,
         fault_magnitudes: run.fault_magnitudes,
         warnings: run.warnings,
+        ended: run.ended,
     })
 }
 
-/// A dictionary as a fault; `None` stands for a key that is left out.
-fn read_fault(index: usize, fault: &Bound<'_, PyDict>) -> Result<Fault, Failure> {
-    let mut table = toml::Table::new();
-    for (key, value) in fault {
-        if value.is_none() {
-            continue;
-        }
-        let value = match value.cast::<PyString>() {
-            Ok(text) => toml::Value::String(text.extract()?),
-            Err(_) => toml::Value::Float(value.extract()?),
-        };
-        table.insert(key.extract()?, value);
+/// The healthy equilibrium at design: the prototype's is that of the paper's Table 3.
+///
+/// Parameters
+/// ----------
+/// variant : {"prototype", "cogeneration"}
+///     The machine.
+/// map_set : {"paper", "axial"}
+///     Compressor map.
+///
+/// Returns
+/// -------
+/// dict
+///     The value of every output, and the efficiencies ``e_c`` and ``e_t``, by name: 30 of the
+///     prototype, 33 in cogeneration. Their units are those of ``units``.
+///
+/// Examples
+/// --------
+/// >>> rest, units = gtfdi.steady_state(), gtfdi.units()
+/// >>> f"p7 = {rest['p7']:.0f} {units['p7']}, e_c = {rest['e_c']:.3f}"
+/// 'p7 = 206409 Pa, e_c = 0.878'
+#[pyfunction]
+#[pyo3(signature = (variant="prototype", map_set="paper"))]
+pub fn steady_state<'py>(
+    py: Python<'py>,
+    variant: &str,
+    map_set: &str,
+) -> Result<Bound<'py, PyDict>, Failure> {
+    let parameters = PlantParameters::new(variant.parse()?, map_set.parse()?);
+    let steady = plant::steady_state(&parameters)?;
+    let values = PyDict::new(py);
+    for (signal, value) in steady.variables() {
+        values.set_item(signal.name, value)?;
     }
-    Fault::deserialize(table).map_err(|cause| Failure::Fault { index, cause })
+    Ok(values)
+}
+
+/// The unit of every channel, by name: inputs, outputs, and what no sensor measures.
+///
+/// Parameters
+/// ----------
+/// variant : {"prototype", "cogeneration"}
+///     The machine.
+///
+/// Returns
+/// -------
+/// dict
+///     Texts such as ``"kg/s"``; empty for an efficiency.
+///
+/// Examples
+/// --------
+/// >>> gtfdi.units("cogeneration")["IGV"]
+/// 'deg'
+#[pyfunction]
+#[pyo3(signature = (variant="prototype"))]
+pub fn units<'py>(py: Python<'py>, variant: &str) -> Result<Bound<'py, PyDict>, Failure> {
+    let variant: Variant = variant.parse()?;
+    let channels = [
+        variant.input_channels(),
+        variant.output_channels(),
+        &HIDDEN_CHANNELS,
+    ];
+    let units = PyDict::new(py);
+    for signal in signals(channels.into_iter().flatten()) {
+        units.set_item(signal.name, signal.unit)?;
+    }
+    Ok(units)
 }
