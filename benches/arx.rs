@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for noise in [NoiseLevel::None, NoiseLevel::Table8] {
         let scenario = Scenario {
             duration_s: SAMPLES as f64 * gtfdi::plant::SAMPLE_TIME_S,
-            noise,
+            noise: noise.into(),
             ..Scenario::default()
         };
         let data = simulate(&scenario)?

@@ -29,7 +29,7 @@ const AGREEMENT: f64 = 1e-11;
 fn main() -> Result<(), Box<dyn Error>> {
     let record = |run_index| {
         let scenario = Scenario {
-            noise: NoiseLevel::Low,
+            noise: NoiseLevel::Low.into(),
             run_index,
             ..Scenario::default()
         };

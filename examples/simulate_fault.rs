@@ -6,7 +6,7 @@
 use std::error::Error;
 
 use gtfdi::core::index_of;
-use gtfdi::plant::{Fault, Profile, Scenario, simulate};
+use gtfdi::plant::{Fault, FaultCase, Profile, Scenario, Variant, simulate};
 
 /// The monitored outputs: compressor torque, its exit temperature, a pressure and a mass flow.
 const MONITORED: [&str; 4] = ["q_c", "t3", "p7", "m9"];
@@ -14,14 +14,10 @@ const MONITORED: [&str; 4] = ["q_c", "t3", "p7", "m9"];
 const SETTLED_S: f64 = 90.0;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let fault = Fault::CompressorFouling {
-        onset_s: 10.0,
-        rate_percent_per_h: 300.0,
-        limit_percent: Some(5.0),
-    };
+    let fault = Fault::growing(FaultCase::CompressorFouling, 10.0, 300.0, Some(5.0));
     let healthy = Scenario {
         duration_s: 120.0,
-        profile: Profile::named("steady")?,
+        profile: Profile::named(Variant::Prototype, "steady")?,
         ..Scenario::default()
     };
     let faulty = Scenario {
@@ -32,10 +28,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     println!(
         "{}: {} {} from {} s on",
-        fault.case(),
+        fault.signal().name,
         fault.magnitude(SETTLED_S),
         fault.unit(),
-        fault.onset_s()
+        fault.onset_s
     );
     println!(
         "{:<6}{:<6}{:>12}{:>12}{:>10}",

@@ -21,9 +21,10 @@ const ROOMS: [(&str, &[&str]); 10] = [
 ];
 
 /// Outside crates that only some rooms may name.
-const GUARDED: [(&str, &[&str]); 14] = [
+const GUARDED: [(&str, &[&str]); 15] = [
     ("faer", &["gt-core", "gt-ident", "gt-fdi"]),
     ("clarabel", &["gt-core"]),
+    ("pulp", &["gt-plant"]),
     ("tokio", &[]),
     ("mcap", &["gt-log"]),
     ("prost", &["gt-log"]),

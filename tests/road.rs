@@ -9,7 +9,7 @@ use std::thread;
 use gtfdi::core::Dataset;
 use gtfdi::fdi::{Bank, Detector, OutputDetector, ResidualGenerator, ThresholdRule};
 use gtfdi::ident::{Arx, ArxModel, ArxStructure, validate};
-use gtfdi::plant::{Fault, FaultCase, NoiseLevel, Profile, Run, Scenario, simulate};
+use gtfdi::plant::{Fault, FaultCase, NoiseLevel, Profile, Run, Scenario, Variant, simulate};
 use nalgebra::{DMatrix, DVector};
 
 const INPUTS: [&str; 2] = ["a_v", "M_f"];
@@ -19,7 +19,7 @@ const MONITORED: [(&str, f64); 4] = [("q_c", 0.7), ("t3", 0.3), ("p7", 0.4), ("m
 /// A run of ten minutes on the `standard` profile, without noise.
 fn standard(run_index: u64, faults: Vec<Fault>) -> Dataset {
     let scenario = Scenario {
-        profile: Profile::named("standard").expect("a profile"),
+        profile: Profile::named(Variant::Prototype, "standard").expect("a profile"),
         run_index,
         faults,
         ..Scenario::default()
@@ -200,7 +200,7 @@ fn online_and_batch_residuals_are_the_same_bits() {
 fn threads_do_not_change_a_bit() {
     let scenario = |run_index| Scenario {
         duration_s: 40.0,
-        noise: NoiseLevel::Table8,
+        noise: NoiseLevel::Table8.into(),
         faults: vec![Fault::nominal(FaultCase::TurbineDamage, 10.0)],
         seed: 7,
         run_index,

@@ -18,9 +18,14 @@ pub struct Times {
 ///
 /// `cargo bench` passes `--bench`; without it (`cargo test --benches`) there is a single round,
 /// which shows that the bench works and times nothing.
-pub fn race(mut contenders: Vec<Contender>) -> Times {
-    let measuring = std::env::args().any(|argument| argument == "--bench");
-    let rounds = if measuring { ROUNDS } else { 0 };
+pub fn race(contenders: Vec<Contender>) -> Times {
+    race_rounds(contenders, ROUNDS)
+}
+
+/// [`race`] with a number of rounds.
+pub fn race_rounds(mut contenders: Vec<Contender>, rounds: usize) -> Times {
+    let measuring = is_measuring();
+    let rounds = if measuring { rounds } else { 0 };
     let mut seconds = vec![Vec::new(); contenders.len()];
     for round in 0..=rounds {
         for ((_, run), times) in contenders.iter_mut().zip(&mut seconds) {
@@ -36,6 +41,11 @@ pub fn race(mut contenders: Vec<Contender>) -> Times {
     Times { names, seconds }
 }
 
+/// Whether times are wanted.
+pub fn is_measuring() -> bool {
+    std::env::args().any(|argument| argument == "--bench")
+}
+
 impl Times {
     /// The median time of a contender in seconds.
     pub fn median_s(&self, contender: usize) -> f64 {
@@ -44,7 +54,7 @@ impl Times {
 
     /// How many times faster a contender is than the base: the median over the rounds of the
     /// quotient of their times in the same round.
-    fn speed_over(&self, contender: usize, base: usize) -> f64 {
+    pub fn speed_over(&self, contender: usize, base: usize) -> f64 {
         let pairs = self.seconds[contender].iter().zip(&self.seconds[base]);
         median(pairs.map(|(own, base)| base / own).collect())
     }
