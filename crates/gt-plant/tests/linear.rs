@@ -350,6 +350,11 @@ proptest! {
         };
         let centre = settled(&inputs);
         prop_assume!(regulates(&plant, &centre.state));
+        // The valve chokes with a jump of curvature, which a central difference across it sees; the
+        // inputs' step moves its pressure ratio by less than 10 times itself.
+        let now = Instant::at(&plant, &inputs, &FaultSizes::HEALTHY, &centre.state);
+        let kink = from_kinks(&plant, &inputs, &FaultSizes::HEALTHY, &centre.state, &now);
+        prop_assume!(kink > 10.0 * STEP);
         let model = local_model(&plant, &inputs, &FaultSizes::HEALTHY, &centre.state).unwrap();
         let mut gain = model.dc_gain().unwrap();
         let mut found = DMatrix::zeros(gain.nrows(), LOCAL_INPUTS);
