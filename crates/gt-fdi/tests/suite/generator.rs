@@ -77,9 +77,10 @@ proptest! {
             ResidualGenerator::observer(model, OperatingPoint::zero(2, 1), &poles).unwrap();
         let residual = generator.residual(&data(u, y)).unwrap();
         let expected = DVector::from_vec(filtered);
-        // Both are recursions in double precision with all poles inside 0.97.
+        // Five poles at 0.9 amplify rounding by up to 1 / (1 - 0.9)^5, random coordinates by their
+        // condition: up to 3e-9 among 20 000 cases.
         let error = (&residual - &expected).norm() / expected.norm();
-        prop_assert!(error < 1e-9, "{error:e}");
+        prop_assert!(error < 1e-7, "{error:e}");
     }
 
     /// A constant bias of the output's sensor ends up in the residual times

@@ -143,8 +143,9 @@ proptest! {
         let closed = model.a() - gain * model.c();
         let found = faddeev_leverrier(&closed);
         for (l, (found, expected)) in found.iter().zip(monic(&poles)).enumerate() {
-            // Rounding of the gain, enlarged by T; coefficients are below 30.
-            prop_assert!((found - expected).abs() < 1e-9, "z^{l}: {found} {expected}");
+            // Rounding of the gain, enlarged by T (its inverse has a norm of up to 20) and by fifth
+            // powers in the check: up to 4e-9 among 20 000 cases. Coefficients are below 30.
+            prop_assert!((found - expected).abs() < 1e-7, "z^{l}: {found} {expected}");
         }
     }
 }
