@@ -183,7 +183,7 @@ impl PyRun {
 ///     ``mode``; ``onset_s`` and ``end_s``; and one of the dictionaries ``step``, ``ramp``,
 ///     ``exponential`` and ``intermittent``. A case also takes ``rate_percent_per_h`` and
 ///     ``limit_percent`` (``rate_s_per_h`` and ``limit_s`` for ``fuel_actuator_lag``).
-/// substeps : int, default 40
+/// substeps : int, default 28
 ///     Integration steps a sample.
 ///
 /// Returns

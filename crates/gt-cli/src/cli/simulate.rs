@@ -65,7 +65,7 @@ pub struct SimulateArgs {
     /// Index of the run under this seed [default: 0]
     #[arg(long, env = "GTFDI_RUN_INDEX", value_name = "N", value_parser = integer())]
     pub run_index: Option<u64>,
-    /// RK4 steps a sample of 0.08 s [default: 40]
+    /// RK4 steps a sample of 0.08 s [default: 28]
     #[arg(long, env = "GTFDI_SUBSTEPS", value_name = "N", value_parser = count())]
     pub substeps: Option<usize>,
     /// The log to write

@@ -41,7 +41,7 @@ fn defaults() -> SimulateArgs {
         seconds: Some(60.0),
         seed: Some(1),
         run_index: Some(0),
-        substeps: Some(40),
+        substeps: Some(Scenario::default().substeps),
         ..SimulateArgs::default()
     }
 }
