@@ -64,6 +64,19 @@ pub enum IdentError {
         /// Last order asked for.
         last: usize,
     },
+    /// An errors-in-variables order is zero.
+    #[error("order: expected at least 1, found 0")]
+    EivOrder,
+    /// The smallest lag of an input lies beyond the order of an errors-in-variables model.
+    #[error("option nk, input {input}: expected at most the order, {order}, found {found}")]
+    EivLag {
+        /// 0-based input.
+        input: usize,
+        /// The order.
+        order: usize,
+        /// The lag found.
+        found: usize,
+    },
     /// The record is shorter than the structure needs.
     #[error("samples: expected at least {needed} for {structure}, found {found}")]
     TooFewRows {

@@ -40,6 +40,7 @@
 
 mod arx;
 mod canonical;
+pub mod eiv;
 mod error;
 mod least_squares;
 mod model;
