@@ -2,7 +2,7 @@
 
 use gtfdi::fdi::FalseAlarmRate;
 
-use super::tables::{Cogeneration, Manoeuvre, Table9, Tables};
+use super::tables::{Cogeneration, Manoeuvre, Table6Seeds, Table9, Tables};
 use crate::report::text::digits;
 
 /// What the origins in Table 3 mean, beside the table.
@@ -63,6 +63,14 @@ pub(super) const TABLE6_HEAD: [&str; 5] = [
     "validation 2 ours / paper",
     "one step ahead",
 ];
+/// Head of Table 6 over many seeds.
+pub(super) const SEEDS_HEAD: [&str; 5] = [
+    "output",
+    "identification, worst / paper",
+    "validation 1, worst / paper",
+    "validation 2, worst / paper",
+    "met",
+];
 /// Head of the table of observers.
 pub(super) const OBSERVER_HEAD: [&str; 6] = [
     "output",
@@ -85,6 +93,17 @@ pub(super) const DETECTION_HEAD: [&str; 7] = [
 
 fn optional(value: Option<f64>, significant: i32, otherwise: &str) -> String {
     value.map_or_else(|| otherwise.to_owned(), |value| digits(value, significant))
+}
+
+/// An output's name and its three errors beside the paper's bounds.
+fn error_cells(output: &str, label: &str, ours: [Option<f64>; 3], paper: [f64; 3]) -> Vec<String> {
+    let pairs = ours
+        .into_iter()
+        .zip(paper)
+        .map(|(ours, paper)| format!("{} / {}", optional(ours, 2, "diverges"), digits(paper, 1)));
+    std::iter::once(format!("{output} ({label})"))
+        .chain(pairs)
+        .collect()
 }
 
 fn rate(rate: &FalseAlarmRate) -> String {
@@ -147,21 +166,13 @@ impl Tables {
     }
 
     pub(super) fn table6_cells(&self) -> Vec<Vec<String>> {
-        self.table6
-            .iter()
-            .map(|row| {
-                let pair = |ours: Option<f64>, paper: f64| {
-                    format!("{} / {}", optional(ours, 2, "diverges"), digits(paper, 1))
-                };
-                vec![
-                    format!("{} ({})", row.output, row.label),
-                    pair(row.identification, row.paper[0]),
-                    pair(row.validation1, row.paper[1]),
-                    pair(row.validation2, row.paper[2]),
-                    digits(row.identification_prediction, 2),
-                ]
-            })
-            .collect()
+        let rows = self.table6.iter().map(|row| {
+            let ours = [row.identification, row.validation1, row.validation2];
+            let mut cells = error_cells(&row.output, &row.label, ours, row.paper);
+            cells.push(digits(row.identification_prediction, 2));
+            cells
+        });
+        rows.collect()
     }
 
     pub(super) fn observer_cells(&self) -> Vec<Vec<String>> {
@@ -212,6 +223,25 @@ pub(super) fn signature_cells(table: &Table9) -> Vec<Vec<String>> {
         std::iter::once(name.clone()).chain(entries).collect()
     })
     .collect()
+}
+
+impl Table6Seeds {
+    /// The profile and the number of seeds in words.
+    pub(super) fn title(&self) -> String {
+        let (profile, seeds) = (&self.profile, self.seeds.len());
+        let amplitude = self.valve_amplitude_deg;
+        format!("{seeds} seeds, profile {profile} (+-{amplitude:.1} deg)")
+    }
+
+    pub(super) fn cells(&self) -> Vec<Vec<String>> {
+        let rows = self.rows.iter().map(|row| {
+            let worst = [row.identification, row.validation1, row.validation2];
+            let mut cells = error_cells(&row.output, &row.label, worst, row.paper);
+            cells.push(format!("{} of {}", row.met, self.seeds.len()));
+            cells
+        });
+        rows.collect()
+    }
 }
 
 impl Cogeneration {

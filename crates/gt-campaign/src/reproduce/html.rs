@@ -4,8 +4,8 @@ use gt_log::build_info;
 
 use super::Reproduction;
 use super::cells::{
-    CONTRADICTIONS_HEAD, DETECTION_HEAD, OBSERVER_HEAD, TABLE3_HEAD, TABLE3_NOTE, TABLE6_HEAD,
-    TABLE9_NOTE, signature_cells,
+    CONTRADICTIONS_HEAD, DETECTION_HEAD, OBSERVER_HEAD, SEEDS_HEAD, TABLE3_HEAD, TABLE3_NOTE,
+    TABLE6_HEAD, TABLE9_NOTE, signature_cells,
 };
 use crate::report::page::{Cell, Page};
 
@@ -103,6 +103,17 @@ impl Reproduction {
             .collect();
         page.table(&TABLE6_HEAD, &rows);
         page.note(&tables.table6_definition);
+        for seeds in &tables.table6_seeds {
+            page.heading(&format!("Table 6 with {}", seeds.title()));
+            let rows: Vec<Vec<Cell>> = seeds
+                .rows
+                .iter()
+                .zip(seeds.cells())
+                .map(|(row, cells)| judge_last(cells, row.met == seeds.seeds.len()))
+                .collect();
+            page.table(&SEEDS_HEAD, &rows);
+            page.note(&seeds.definition);
+        }
         self.figures_of(page, "free_run_");
     }
 

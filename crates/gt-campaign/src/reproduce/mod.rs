@@ -10,6 +10,7 @@ mod html;
 mod models;
 mod records;
 mod sections;
+mod seeds;
 mod signatures;
 mod steady;
 pub mod tables;
@@ -106,6 +107,7 @@ pub fn reproduce(seed: u64, progress: &dyn Progress) -> Result<Reproduction, Cam
         cogeneration: cogeneration::cogeneration(&load_reductions)?,
         table6: models::table6(paper_models),
         table6_definition: models::DEFINITION.to_owned(),
+        table6_seeds: seeds::table6(seed, progress)?,
         table7: None,
         table8: None,
         table9: signature(Residual::FreeRun)?,

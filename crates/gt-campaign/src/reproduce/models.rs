@@ -31,6 +31,29 @@ pub struct Identified {
 }
 
 impl Identified {
+    /// The model of an output from the first of three records, with its errors on all of them.
+    pub fn new(monitored: Monitored, data: &[Dataset]) -> Result<Self, CampaignError> {
+        let what = format!("ARX model of {}", monitored.tag);
+        let nk = DELAYS.to_vec();
+        let structure = OrderKind::Diagonal { nk }
+            .structure(paper::ORDER, 1)
+            .during(&what)?;
+        let model = Arx::new(structure).fit(&data[0]).during(&what)?;
+        let score = |index: usize| validate(&model, &data[index]).during(&what);
+        let validations = [score(0)?, score(1)?, score(2)?];
+        Ok(Self {
+            monitored,
+            model,
+            validations,
+        })
+    }
+
+    /// Free-run errors on the three records; none where one diverges.
+    pub fn simulated(&self) -> [Option<f64>; 3] {
+        let fits = self.validations.each_ref();
+        fits.map(|validation| validation.outputs[0].sse_simulation)
+    }
+
     /// The output observer with all poles at the paper's place for this output.
     pub fn observer(&self) -> Result<ResidualGenerator, CampaignError> {
         let what = format!("observer of {}", self.monitored.tag);
@@ -46,31 +69,23 @@ const DELAYS: [usize; 2] = [1, 0];
 
 /// Identifies a model for each of the monitored outputs.
 pub fn identify(records: &Records) -> Result<Vec<Identified>, CampaignError> {
-    let structure = OrderKind::Diagonal {
-        nk: DELAYS.to_vec(),
-    }
-    .structure(paper::ORDER, 1)
-    .during("structure of the ARX models")?;
     paper::MONITORED
         .par_iter()
         .map(|monitored| {
-            let tags = [monitored.tag];
             let data = records
                 .identification
                 .iter()
-                .map(|record| record.select(&tags))
+                .map(|record| record.select(&[monitored.tag]))
                 .collect::<Result<Vec<Dataset>, _>>()?;
-            let what = format!("ARX model of {}", monitored.tag);
-            let model = Arx::new(structure.clone()).fit(&data[0]).during(&what)?;
-            let score = |index: usize| validate(&model, &data[index]).during(&what);
-            let validations = [score(0)?, score(1)?, score(2)?];
-            Ok(Identified {
-                monitored: *monitored,
-                model,
-                validations,
-            })
+            Identified::new(*monitored, &data)
         })
         .collect()
+}
+
+/// Whether all three errors are within the paper's bounds.
+pub fn within(simulated: [Option<f64>; 3], paper: [f64; 3]) -> bool {
+    let mut pairs = simulated.iter().zip(paper);
+    pairs.all(|(ours, paper)| ours.is_some_and(|ours| ours <= paper))
 }
 
 /// The rows of Table 6.
@@ -78,23 +93,16 @@ pub fn table6(models: &[Identified]) -> Vec<Table6Row> {
     models
         .iter()
         .map(|identified| {
-            let fits = identified
-                .validations
-                .each_ref()
-                .map(|validation| &validation.outputs[0]);
-            let simulated = fits.map(|fit| fit.sse_simulation);
+            let simulated = identified.simulated();
             let paper = identified.monitored.sse;
-            let met = simulated
-                .iter()
-                .zip(paper)
-                .all(|(ours, paper)| ours.is_some_and(|ours| ours <= paper));
+            let met = within(simulated, paper);
             Table6Row {
                 output: identified.monitored.tag.to_owned(),
                 label: identified.monitored.label.to_owned(),
                 identification: simulated[0],
                 validation1: simulated[1],
                 validation2: simulated[2],
-                identification_prediction: fits[0].sse_prediction,
+                identification_prediction: identified.validations[0].outputs[0].sse_prediction,
                 paper,
                 met,
             }

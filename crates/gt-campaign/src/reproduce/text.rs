@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use super::Reproduction;
 use super::cells::{
-    DETECTION_HEAD, LOADS_HEAD, MANOEUVRE_HEAD, MONITORED_HEAD, OBSERVER_HEAD, TABLE3_HEAD,
-    TABLE3_NOTE, TABLE6_HEAD, signature_cells,
+    DETECTION_HEAD, LOADS_HEAD, MANOEUVRE_HEAD, MONITORED_HEAD, OBSERVER_HEAD, SEEDS_HEAD,
+    TABLE3_HEAD, TABLE3_NOTE, TABLE6_HEAD, signature_cells,
 };
 use super::sections::SHARE_NOTE;
 use crate::report::text::{table, wrap};
@@ -38,6 +38,10 @@ impl Reproduction {
             &tables.table6_cells(),
             &tables.table6_definition,
         );
+        for seeds in &tables.table6_seeds {
+            let title = format!("Table 6: {}", seeds.title());
+            section(&title, &SEEDS_HEAD, &seeds.cells(), &seeds.definition);
+        }
         for (what, all) in [
             ("free-run residuals", &tables.table9),
             ("observers", &tables.table9_observers),
