@@ -141,6 +141,28 @@ impl ArxModel {
         Ok(Self { fitted, max_lag })
     }
 
+    /// The same model with other coefficients, a function of the output and the regressor; its
+    /// residual variances are those of the equation error on `data`.
+    pub(crate) fn with_coefficients(
+        &self,
+        data: &Dataset,
+        coefficient: impl Fn(usize, Regressor) -> f64,
+    ) -> Result<Self, IdentError> {
+        let mut fitted = self.fitted.clone();
+        for (output, row) in fitted.rows.iter_mut().enumerate() {
+            for term in &mut row.terms {
+                term.coefficient = coefficient(output, term.regressor());
+            }
+        }
+        let error = Self::new(fitted.clone())?.equation_error(data)?;
+        for (output, row) in fitted.rows.iter_mut().enumerate() {
+            let counted = error.row(output).into_iter().skip(self.max_lag);
+            let rows = error.ncols() - self.max_lag;
+            row.residual_variance = counted.map(|e| e * e).sum::<f64>() / rows as f64;
+        }
+        Self::new(fitted)
+    }
+
     /// The input signals (nu).
     pub fn inputs(&self) -> &[Signal] {
         &self.fitted.inputs

@@ -35,7 +35,7 @@ pub use build_info::{BuildInfo, build_info};
 pub use error::{CellProblem, LogError, Place};
 pub use import::{DEFAULT_TOPIC, Imported, Selection, Warning, columns, read_dataset};
 pub use info::{AttachmentInfo, ChunkInfo, LogInfo, MetadataInfo, TopicInfo, info};
-pub use model_document::{ModelFile, ModelKind};
+pub use model_document::{ModelFile, ModelKind, ModelNoise};
 pub use model_file::{read_json, write_json};
 pub use plant_log::write_run;
 pub use reader::{JsonMessage, read_attachment, read_json_messages};

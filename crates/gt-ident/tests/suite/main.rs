@@ -11,6 +11,7 @@
 )]
 
 mod common;
+mod eiv_model;
 mod errors;
 mod fit;
 mod order;
