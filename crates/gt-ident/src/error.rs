@@ -212,4 +212,69 @@ pub enum IdentError {
         /// The model's longest lag.
         max_lag: usize,
     },
+    /// There is no input that could explain an output.
+    #[error("inputs: expected at least 1, found none")]
+    NoInputs,
+    /// A spectrum is not positive definite, or its model has a pole on the unit circle.
+    #[error("spectrum, frequency {index}: expected a positive definite matrix, found none")]
+    SpectrumNotPositive {
+        /// 0-based frequency.
+        index: usize,
+    },
+    /// The record is too short for the autoregression behind an errors-in-variables fit.
+    #[error("samples: expected at least {needed} for the autoregression, found {found}")]
+    EivTooFewSamples {
+        /// Samples needed.
+        needed: usize,
+        /// Samples found.
+        found: usize,
+    },
+    /// The deviation of a channel is no ordinary number, so that it cannot be scaled.
+    #[error("channel `{channel}`: expected a normal deviation, found {found:e}; scale the channel")]
+    EivScale {
+        /// The channel's name.
+        channel: String,
+        /// The deviation found.
+        found: f64,
+    },
+    /// The past and the other channels determine a channel: there is no white noise on it.
+    #[error(
+        "channel `{channel}`: expected at least {limit:e} of its variance as noise of its own, \
+         found {found:e}: the past and the other channels determine it"
+    )]
+    EivDetermined {
+        /// The channel's name.
+        channel: String,
+        /// The part of its variance that is left.
+        found: f64,
+        /// The least accepted.
+        limit: f64,
+    },
+    /// A starting point has other lags than the model.
+    #[error("start {start}, output {output}: expected the lags of the model, found others")]
+    EivStartLags {
+        /// 0-based start.
+        start: usize,
+        /// 0-based output.
+        output: usize,
+    },
+    /// A starting point holds a number that is no coefficient or variance.
+    #[error(
+        "start {start}, output {output}: expected finite coefficients and variances of at least \
+         0, found {found}"
+    )]
+    EivStartValue {
+        /// 0-based start.
+        start: usize,
+        /// 0-based output.
+        output: usize,
+        /// The value found.
+        found: f64,
+    },
+    /// No relation was found that the likelihood could start from.
+    #[error("output {output}: expected a relation to start from, found none")]
+    EivNoStart {
+        /// 0-based output.
+        output: usize,
+    },
 }

@@ -4,7 +4,7 @@
 use gt_core::{Dataset, DimensionError, Signal};
 use serde::{Deserialize, Serialize};
 
-use super::EivRow;
+use super::{EivEstimate, EivRow, EivVariance, IDENTIFIABLE_DEVIATION};
 use crate::{Arx, ArxModel, ArxStructure, Channel, IdentError, Regressor};
 
 /// White noise of one channel.
@@ -20,9 +20,6 @@ pub struct ChannelNoise {
     pub at_limit: bool,
 }
 
-/// Relative standard error of a variance above which the record does not tell it.
-pub const IDENTIFIABLE_DEVIATION: f64 = 0.5;
-
 impl ChannelNoise {
     /// Whether the record tells this variance: not at a limit, with a standard error of at most
     /// [`IDENTIFIABLE_DEVIATION`] of it; `None` where the method gives no standard error.
@@ -32,6 +29,30 @@ impl ChannelNoise {
         }
         let error = self.standard_error?;
         Some(error <= IDENTIFIABLE_DEVIATION * self.variance)
+    }
+}
+
+impl From<&EivVariance> for ChannelNoise {
+    fn from(estimate: &EivVariance) -> Self {
+        Self {
+            variance: estimate.value,
+            standard_error: Some(estimate.deviation).filter(|error| error.is_finite()),
+            at_limit: estimate.at_lower_bound
+                || estimate.at_upper_bound
+                || !estimate.deviation.is_finite(),
+        }
+    }
+}
+
+impl EivEstimate {
+    /// The model of the estimate, for the record that it was fitted to.
+    ///
+    /// # Errors
+    /// As [`EivModel::from_rows`].
+    pub fn model(&self, data: &Dataset) -> Result<EivModel, IdentError> {
+        let noise = |channels: &[EivVariance]| channels.iter().map(ChannelNoise::from).collect();
+        let (outputs, inputs) = (noise(&self.output_noise), noise(&self.input_noise));
+        EivModel::from_rows(data, &self.rows, outputs, inputs)
     }
 }
 

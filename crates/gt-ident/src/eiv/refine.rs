@@ -1,0 +1,229 @@
+//! The descent from starting points to the profile Whittle maximum likelihood estimate.
+
+use nalgebra::DMatrix;
+
+use super::coordinates::Coordinates;
+use super::layout::Layout;
+use super::lbfgs::Lbfgs;
+use super::likelihood::Likelihood;
+use super::moments::Moments;
+use super::row::EivLags;
+use super::spectrum::Spectrum;
+use super::start::starts;
+use crate::IdentError;
+
+/// Starting points that are followed to the end, the best by `f`.
+const FOLLOWED: usize = 4;
+/// The metric is renewed after so many iterations, and so often.
+const ITERATIONS: usize = 25;
+const ROUNDS: usize = 8;
+/// Added to the metric of a logarithm of a variance: one that the record says nothing about stays.
+const VARIANCE_RIDGE: f64 = 1e-4;
+/// Added to the metric of the rest, relative to it.
+const RIDGE: f64 = 1e-6;
+const STEP: Lbfgs = Lbfgs {
+    memory: 12,
+    iterations: ITERATIONS,
+    tolerance: 1e-12,
+    longest_step: 1.5,
+};
+
+/// The end of the best descent.
+#[derive(Debug, Clone)]
+pub(super) struct Refined {
+    /// Coefficients and variances.
+    pub point: Vec<f64>,
+    /// Which variances stand at their bounds: lower, upper.
+    pub at_bounds: Vec<(bool, bool)>,
+    pub value: f64,
+    pub converged: bool,
+    pub evaluations: usize,
+}
+
+/// The likelihood of some outputs with the coordinates it is minimised in.
+pub(super) struct Problem<'a> {
+    likelihood: Likelihood<'a>,
+    coordinates: Coordinates,
+}
+
+impl<'a> Problem<'a> {
+    /// `largest` are the variances that the covariances admit (outputs, inputs).
+    pub fn new(
+        lags: &[EivLags],
+        spectrum: &'a Spectrum,
+        largest: &[f64],
+    ) -> Result<Self, IdentError> {
+        Ok(Self {
+            likelihood: Likelihood::new(lags, spectrum)?,
+            coordinates: Coordinates::new(Layout::new(lags)?, largest),
+        })
+    }
+
+    /// The lowest end of the descents from the best of the points; `None` without any usable.
+    pub fn solve(&mut self, points: &[Vec<f64>], always: usize) -> Option<Refined> {
+        let mut scratch = vec![0.0; self.likelihood.parameters()];
+        let mut gradient = scratch.clone();
+        let mut ranked: Vec<(f64, Vec<f64>)> = points
+            .iter()
+            .enumerate()
+            .map(|(index, point)| {
+                let x = self.coordinates.start(point);
+                self.coordinates.point(&x, &mut scratch, None);
+                let value = self.likelihood.evaluate(&scratch, &mut gradient);
+                // The first points are followed whatever their value.
+                let rank = if index < always {
+                    f64::NEG_INFINITY
+                } else {
+                    value
+                };
+                (
+                    if value.is_finite() {
+                        rank
+                    } else {
+                        f64::INFINITY
+                    },
+                    x,
+                )
+            })
+            .filter(|(value, _)| *value < f64::INFINITY)
+            .collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let followed = ranked.into_iter().take(FOLLOWED.max(always + 2));
+        let ends = followed.map(|(_, x)| self.descend(x));
+        ends.min_by(|a, b| a.value.total_cmp(&b.value))
+    }
+
+    /// Descends from `x`; the metric is twice the information a sample, the Hessian of `f` to
+    /// expect at the estimate.
+    fn descend(&mut self, mut x: Vec<f64>) -> Refined {
+        let Self {
+            likelihood,
+            coordinates,
+        } = self;
+        let count = x.len();
+        let mut point = vec![0.0; count];
+        let mut inner = point.clone();
+        let mut jacobian = DMatrix::identity(count, count);
+        let (mut value, mut converged, mut evaluations) = (f64::INFINITY, false, 0);
+        for _ in 0..ROUNDS {
+            coordinates.point(&x, &mut point, Some(&mut jacobian));
+            let metric = likelihood.information(&point).ok().map(|information| {
+                let mut metric = jacobian.tr_mul(&(information * &jacobian)) * 2.0;
+                for index in 0..count {
+                    metric[(index, index)] *= 1.0 + RIDGE;
+                    if index >= coordinates.layout.coefficients() {
+                        metric[(index, index)] += VARIANCE_RIDGE;
+                    }
+                }
+                metric
+            });
+            let (lower, upper) = (coordinates.lower.clone(), coordinates.upper.clone());
+            let end = STEP.minimise(&x, &lower, &upper, metric.as_ref(), |x, gradient| {
+                coordinates.point(x, &mut point, Some(&mut jacobian));
+                let value = likelihood.evaluate(&point, &mut inner);
+                let full = DMatrix::from_column_slice(1, count, &inner) * &jacobian;
+                gradient.copy_from_slice(full.as_slice());
+                value
+            });
+            evaluations += end.evaluations;
+            (x, value, converged) = (end.x, end.value, end.converged);
+            if converged {
+                break;
+            }
+        }
+        coordinates.point(&x, &mut point, None);
+        let at_bounds = (coordinates.layout.coefficients()..count)
+            .map(|index| {
+                let (lower, upper) = (coordinates.lower[index], coordinates.upper[index]);
+                // A thousandth of the variance: the descent may stop short of the bound.
+                (x[index] < lower + 1e-3, x[index] > upper - 1e-3)
+            })
+            .collect();
+        Refined {
+            point,
+            at_bounds,
+            value,
+            converged,
+            evaluations,
+        }
+    }
+}
+
+/// The estimate of all outputs together, in units of the channels' deviations. `given` are points
+/// of all outputs to start from beside those found here.
+///
+/// Several outputs are first estimated one by one; their points, with the mean and with the least
+/// of their input variances, are where the joint descent starts.
+pub(super) fn estimate(
+    spectrum: &Spectrum,
+    lags: &[EivLags],
+    given: &[Vec<f64>],
+) -> Result<Refined, IdentError> {
+    let layout = Layout::new(lags)?;
+    let (m, r) = (layout.outputs, layout.inputs);
+    let row_starts = layout.row_starts();
+    let first = layout.coefficients();
+    let mut largest = vec![f64::INFINITY; m + r];
+    let mut singles = Vec::with_capacity(m);
+    for (output, (own, start)) in lags.iter().zip(&row_starts).enumerate() {
+        let selected: Vec<usize> = std::iter::once(output).chain(m..m + r).collect();
+        let marginal = spectrum.marginal(&selected)?;
+        let moments = Moments::new(&marginal, own);
+        let found = moments
+            .largest_variances()
+            .ok_or(IdentError::EivNoStart { output })?;
+        largest[output] = found[0];
+        for (largest, found) in largest[m..].iter_mut().zip(&found[1..]) {
+            *largest = largest.min(*found);
+        }
+        let coefficients = own.parameters();
+        let mut points: Vec<Vec<f64>> = given
+            .iter()
+            .map(|point| {
+                let mut single = point[*start..start + coefficients].to_vec();
+                single.push(point[first + output]);
+                single.extend(&point[first + m..]);
+                single
+            })
+            .collect();
+        for start in starts(&moments, &found) {
+            let (a, b) = start.relation.as_slice()[1..].split_at(own.order());
+            let mut point = a.to_vec();
+            point.extend(b.iter().map(|value| -value));
+            point.extend(start.variances);
+            points.push(point);
+        }
+        let single = Problem::new(std::slice::from_ref(own), &marginal, &found)?
+            .solve(&points, given.len())
+            .ok_or(IdentError::EivNoStart { output })?;
+        singles.push(single);
+    }
+    if m == 1 {
+        return singles.pop().ok_or(IdentError::NoOutputs);
+    }
+    let mut joint: Vec<Vec<f64>> = given.to_vec();
+    for least in [false, true] {
+        let mut point = Vec::with_capacity(layout.len());
+        for (single, own) in singles.iter().zip(lags) {
+            point.extend(&single.point[..own.parameters()]);
+        }
+        let noise =
+            |single: &Refined, channel: usize| single.point[single.point.len() - 1 - r + channel];
+        point.extend(singles.iter().map(|single| noise(single, 0)));
+        for input in 1..=r {
+            let values = singles.iter().map(|single| noise(single, input));
+            point.push(if least {
+                values.fold(f64::INFINITY, f64::min)
+            } else {
+                values.sum::<f64>() / m as f64
+            });
+        }
+        joint.push(point);
+    }
+    let before: usize = singles.iter().map(|single| single.evaluations).sum();
+    let mut refined = Problem::new(lags, spectrum, &largest)?
+        .solve(&joint, given.len())
+        .ok_or(IdentError::EivNoStart { output: 0 })?;
+    refined.evaluations += before;
+    Ok(refined)
+}
