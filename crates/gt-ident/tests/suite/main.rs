@@ -13,6 +13,7 @@
 mod common;
 mod errors;
 mod fit;
+mod frisch;
 mod order;
 mod realisation;
 mod reference;
