@@ -277,4 +277,45 @@ pub enum IdentError {
         /// 0-based output.
         output: usize,
     },
+    /// A covariance is that of no process, or of one whose channels determine each other.
+    #[error("covariance ({size} x {size}): expected a positive definite matrix, found none")]
+    NotPositiveDefinite {
+        /// Rows of the matrix.
+        size: usize,
+    },
+    /// A selection criterion has too few lags to tell the noise variances apart.
+    #[error("option lags of {criterion}: expected at least {needed}, found {found}")]
+    CriterionLags {
+        /// The criterion as it is written.
+        criterion: &'static str,
+        /// The smallest number accepted.
+        needed: usize,
+        /// The number found.
+        found: usize,
+    },
+    /// Noise variances, or the direction of a ray of them, that no noise has.
+    #[error(
+        "noise variance of channel {channel} (0 is the output): expected a finite number of at \
+         least 0, one of them above it, found {found}"
+    )]
+    NoiseDirection {
+        /// 0 for the output, `j + 1` for input `j`.
+        channel: usize,
+        /// The value found.
+        found: f64,
+    },
+    /// Input variances beyond what the covariance of an output admits.
+    #[error("output `{output}`: expected input noise variances it admits, found {variances:?}")]
+    NotAdmissible {
+        /// The output's name.
+        output: String,
+        /// The variances asked for.
+        variances: Vec<f64>,
+    },
+    /// The lagged channels are related, but the output itself has no part in it.
+    #[error("output `{output}`: expected a relation with a coefficient at y(t), found none")]
+    NoRelation {
+        /// The output's name.
+        output: String,
+    },
 }

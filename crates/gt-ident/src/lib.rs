@@ -42,6 +42,7 @@ mod arx;
 mod canonical;
 pub mod eiv;
 mod error;
+pub mod frisch;
 mod least_squares;
 mod model;
 mod order;

@@ -14,6 +14,7 @@ mod common;
 mod eiv_model;
 mod errors;
 mod fit;
+mod frisch;
 mod order;
 mod realisation;
 mod reference;

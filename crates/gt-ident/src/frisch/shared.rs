@@ -1,0 +1,153 @@
+//! The Frisch scheme for several outputs with the noise of their inputs in common.
+
+use gt_core::Dataset;
+use nalgebra::DVector;
+
+use super::covariance::LaggedCovariance;
+use super::criterion::Objective;
+use super::estimate::{boundary, unscaled, variances};
+use super::fit::Frisch;
+use super::nelder_mead::nelder_mead;
+use super::search::{ZERO_SHARE, best_of_grid, limits};
+use super::surface::SurfacePoint;
+use crate::eiv::EivRow;
+use crate::{Channel, IdentError};
+
+/// The relations of all outputs, with one variance of the noise on each input.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SharedFrischEstimate {
+    /// The relation of each output (`ny`).
+    pub rows: Vec<EivRow>,
+    /// Variance of the noise on each output (`ny`), in squared units of the channels.
+    pub output_noise: DVector<f64>,
+    /// Variance of the noise on each input (`nu`), in squared units of the channels.
+    pub input_noise: DVector<f64>,
+    /// The channels whose variance is at the boundary, zero (see
+    /// [`super::FrischEstimate::boundary`]).
+    pub boundary: Vec<Channel>,
+    /// The least sum of the outputs' criteria, for channels of unit deviation.
+    pub criterion_value: f64,
+    /// Rows of the window.
+    pub window_rows: usize,
+}
+
+impl Frisch {
+    /// The relations of all outputs of a record; the noise of an input is that of every relation
+    /// it enters.
+    ///
+    /// The input variances are sought in the intersection of the outputs' admissible sets; each
+    /// output's own variance follows ([`super::AdmissibleSurface::at_inputs`]). The sum of the
+    /// outputs' criteria is least there, each for channels of unit deviation.
+    ///
+    /// # Errors
+    /// What [`Frisch::fit`] refuses, for any output; [`IdentError::NoOutputs`];
+    /// [`IdentError::NoRelation`] where no point that all outputs admit has their relations.
+    pub fn fit_shared(&self, data: &Dataset) -> Result<SharedFrischEstimate, IdentError> {
+        self.check(data)?;
+        let max_lag = self.selection().max_lag(self.lags().order());
+        let covariances = (0..data.ny())
+            .map(|output| LaggedCovariance::of_record(data, output, max_lag))
+            .collect::<Result<Vec<_>, _>>()?;
+        let objectives = covariances
+            .iter()
+            .map(|covariance| Objective::new(self.lags(), self.selection(), covariance))
+            .collect::<Result<Vec<_>, _>>()?;
+        let Some(first) = covariances.first() else {
+            return Err(IdentError::NoOutputs);
+        };
+
+        let largest = common_intercepts(&objectives);
+        let value_at = |inputs: &[f64]| -> f64 {
+            let values = objectives.iter().map(|objective| {
+                let point = objective.surface().at_inputs(inputs);
+                point.map_or(f64::INFINITY, |point| objective.value(&point))
+            });
+            values.sum()
+        };
+        let Some((inputs, criterion_value)) = least_inputs(&largest, value_at) else {
+            return Err(IdentError::NoRelation {
+                output: first.names()[0].clone(),
+            });
+        };
+
+        let mut found = SharedFrischEstimate {
+            rows: Vec::with_capacity(data.ny()),
+            output_noise: DVector::zeros(data.ny()),
+            input_noise: DVector::zeros(data.nu()),
+            boundary: Vec::new(),
+            criterion_value,
+            window_rows: first.window_rows(),
+        };
+        for (output, (objective, covariance)) in objectives.iter().zip(&covariances).enumerate() {
+            let surface = objective.surface();
+            let point: SurfacePoint = surface.at_inputs(&inputs)?;
+            let scales = covariance.scales();
+            let row = point.row(surface.lags())?;
+            found.rows.push(unscaled(&row, scales)?);
+            let noise = variances(&point.variances, scales);
+            found.output_noise[output] = noise.output;
+            found.input_noise = noise.inputs;
+            let at_zero = boundary(&point.variances, surface.intercepts(), output);
+            for channel in at_zero {
+                if !found.boundary.contains(&channel) {
+                    found.boundary.push(channel);
+                }
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// The smallest of the outputs' largest variances, of each input.
+fn common_intercepts(objectives: &[Objective]) -> Vec<f64> {
+    let mut each = objectives
+        .iter()
+        .map(|objective| objective.surface().intercepts()[1..].to_vec());
+    let first = each.next().unwrap_or_default();
+    each.fold(first, |common, other| {
+        let pairs = common.iter().zip(&other);
+        pairs.map(|(a, b)| a.min(*b)).collect()
+    })
+}
+
+/// The input variances where `f` is least, and its value.
+///
+/// The admissible sets are convex and hold the origin and the points `largest_j` of the axes, so
+/// that they hold the simplex between them: the grid starts there.
+fn least_inputs(largest: &[f64], f: impl Fn(&[f64]) -> f64) -> Option<(Vec<f64>, f64)> {
+    /// Variances of the grid keep off the border, where a square root has no finite value.
+    const LARGEST_SHARE: f64 = 0.98;
+    let nu = largest.len();
+    if nu == 0 {
+        let value = f(&[]);
+        return value.is_finite().then(|| (Vec::new(), value));
+    }
+    let inputs = |x: &DVector<f64>| -> Vec<f64> {
+        let pairs = x.iter().zip(largest);
+        pairs
+            .map(|(root, largest)| {
+                let share = root * root / (1.0 + root * root);
+                if share < ZERO_SHARE {
+                    0.0
+                } else {
+                    share * largest
+                }
+            })
+            .collect()
+    };
+    let roots = |shares: &[f64]| {
+        let root = |share: &f64| {
+            let share = share.min(LARGEST_SHARE);
+            (share / (1.0 - share)).sqrt()
+        };
+        DVector::from_iterator(nu, shares[1..].iter().map(root))
+    };
+    let mut best: Option<(Vec<f64>, f64)> = None;
+    for (shares, _) in best_of_grid(nu + 1, |shares| f(&inputs(&roots(shares)))) {
+        let (x, value) = nelder_mead(|x| f(&inputs(x)), &roots(&shares), limits(nu));
+        if best.as_ref().is_none_or(|(_, least)| value < *least) {
+            best = Some((inputs(&x), value));
+        }
+    }
+    best
+}

@@ -1,0 +1,1 @@
+//! Identities of the admissible surface on random covariances.
