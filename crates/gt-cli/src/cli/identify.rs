@@ -13,8 +13,24 @@ use crate::row_range::RowRange;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// Equation-error least squares
+    /// Equation-error least squares: the inputs are exact
     Arx,
+    /// Errors in variables, by the Frisch scheme: consistent, quick
+    Frisch,
+    /// Errors in variables, by maximum likelihood: as accurate as the record allows
+    Eiv,
+}
+
+/// How the Frisch scheme chooses among the admissible noise variances.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Criterion {
+    /// The relation holds one sample later too
+    Shift,
+    /// The residual has the covariances of filtered white noise
+    Covariance,
+    /// The residual does not depend on older samples
+    YuleWalker,
 }
 
 /// Model structures.
@@ -33,7 +49,8 @@ pub enum Structure {
 #[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
-Example: gtfdi identify run.mcap --inputs a_v,M_f --outputs q_c --order 8 --nk 0 --out model.json")]
+Example: gtfdi identify run.mcap --inputs a_v,M_f --outputs q_c --order 8 --nk 0 --out model.json
+         gtfdi identify noisy.csv --inputs u --outputs y --method eiv --order 2")]
 pub struct IdentifyArgs {
     /// The record, .csv or .mcap
     #[arg(value_name = "DATA")]
@@ -58,6 +75,9 @@ pub struct IdentifyArgs {
     /// Method [default: arx]
     #[arg(long, env = "GTFDI_METHOD", value_enum)]
     pub method: Option<Method>,
+    /// Criterion of the Frisch scheme [default: yule-walker]
+    #[arg(long, env = "GTFDI_CRITERION", value_enum)]
+    pub criterion: Option<Criterion>,
     /// Structure [default: full; canonical where --indices, or --order with several outputs]
     #[arg(long, env = "GTFDI_STRUCTURE", value_enum)]
     pub structure: Option<Structure>,

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::config::Alternatives;
 pub use design::{DesignArgs, GeneratorKind, Statistic};
 pub use detect::{DetectArgs, FailOn};
-pub use identify::{IdentifyArgs, Method, Structure};
+pub use identify::{Criterion, IdentifyArgs, Method, Structure};
 pub use simulate::SimulateArgs;
 
 /// The largest integer of a TOML file, and so of an option.

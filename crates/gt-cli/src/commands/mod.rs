@@ -7,7 +7,6 @@ pub mod log_info;
 mod poles;
 pub mod reproduce;
 pub mod simulate;
-mod structure;
 
 /// Version of every JSON object on standard output; it rises when a key changes its meaning.
 pub const SCHEMA_VERSION: u32 = 1;

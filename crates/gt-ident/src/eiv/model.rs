@@ -5,6 +5,7 @@ use gt_core::{Dataset, DimensionError, Signal};
 use serde::{Deserialize, Serialize};
 
 use super::{EivEstimate, EivRow, EivVariance, IDENTIFIABLE_DEVIATION};
+use crate::frisch::{FrischNoise, SharedFrischEstimate};
 use crate::{Arx, ArxModel, ArxStructure, Channel, IdentError, Regressor};
 
 /// White noise of one channel.
@@ -52,6 +53,31 @@ impl EivEstimate {
     pub fn model(&self, data: &Dataset) -> Result<EivModel, IdentError> {
         let noise = |channels: &[EivVariance]| channels.iter().map(ChannelNoise::from).collect();
         let (outputs, inputs) = (noise(&self.output_noise), noise(&self.input_noise));
+        EivModel::from_rows(data, &self.rows, outputs, inputs)
+    }
+}
+
+impl From<&FrischNoise> for ChannelNoise {
+    fn from(estimate: &FrischNoise) -> Self {
+        let error = estimate.least_standard_error;
+        Self {
+            variance: estimate.variance,
+            standard_error: Some(error).filter(|error| error.is_finite()),
+            at_limit: estimate.at_boundary || !error.is_finite(),
+        }
+    }
+}
+
+impl SharedFrischEstimate {
+    /// The model of the estimate, for the record that it was fitted to. The standard errors of the
+    /// variances are those of the best estimate from the same covariances, a lower bound here.
+    ///
+    /// # Errors
+    /// As [`EivModel::from_rows`].
+    pub fn model(&self, data: &Dataset) -> Result<EivModel, IdentError> {
+        let mut outputs: Vec<ChannelNoise> =
+            self.channels.iter().map(ChannelNoise::from).collect();
+        let inputs = outputs.split_off(self.rows.len().min(outputs.len()));
         EivModel::from_rows(data, &self.rows, outputs, inputs)
     }
 }

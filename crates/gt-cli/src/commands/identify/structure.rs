@@ -14,14 +14,17 @@ const AUTO_ORDERS: RangeInclusive<usize> = 1..=12;
 
 /// What `--order` asks for.
 #[derive(Debug, Clone, PartialEq, Eq)]
-enum Order {
+pub enum Order {
+    /// This one.
     One(usize),
+    /// The best of these.
     Range(RangeInclusive<usize>),
     /// [`AUTO_ORDERS`], as far as the record bears them.
     Auto,
 }
 
-fn parse_order(text: &str) -> Result<Order, Failure> {
+/// Reads `--order`.
+pub fn parse_order(text: &str) -> Result<Order, Failure> {
     let bad = || {
         Failure::input(format!(
             "--order: expected a number from 1, a range such as 1..12, or auto, found `{text}`"
