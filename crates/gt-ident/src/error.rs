@@ -318,4 +318,13 @@ pub enum IdentError {
         /// The output's name.
         output: String,
     },
+    /// Weighted moments leave a coefficient or a noise variance open.
+    #[error(
+        "output `{output}`: expected moments that determine every coefficient and variance, found \
+         a singular information matrix"
+    )]
+    MomentsSingular {
+        /// The output's name.
+        output: String,
+    },
 }

@@ -75,8 +75,7 @@ impl SharedFrischEstimate {
     /// # Errors
     /// As [`EivModel::from_rows`].
     pub fn model(&self, data: &Dataset) -> Result<EivModel, IdentError> {
-        let mut outputs: Vec<ChannelNoise> =
-            self.channels.iter().map(ChannelNoise::from).collect();
+        let mut outputs: Vec<ChannelNoise> = self.channels.iter().map(ChannelNoise::from).collect();
         let inputs = outputs.split_off(self.rows.len().min(outputs.len()));
         EivModel::from_rows(data, &self.rows, outputs, inputs)
     }

@@ -1,5 +1,7 @@
 //! Covariances of lagged channels on one window, kept as a square root.
 
+use std::ops::Range;
+
 use gt_core::{Dataset, DimensionError};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -34,15 +36,20 @@ impl LaggedCovariance {
     /// [`IdentError::Data`] for a sample that is not finite; [`IdentError::ConstantChannel`];
     /// [`IdentError::CoefficientNotFinite`] where the size of a channel overflows.
     pub fn of_record(data: &Dataset, output: usize, max_lag: usize) -> Result<Self, IdentError> {
-        let record = ScaledRecord::new(data, output)?;
-        if max_lag >= data.len() {
+        Self::of_scaled(&ScaledRecord::new(data, output)?, max_lag)
+    }
+
+    /// The same of a record that is scaled already.
+    pub(crate) fn of_scaled(record: &ScaledRecord, max_lag: usize) -> Result<Self, IdentError> {
+        let samples = record.samples.y.nrows();
+        if max_lag >= samples {
             return Err(IdentError::TooFewRows {
                 structure: format!("covariances up to lag {max_lag}"),
                 needed: max_lag.saturating_add(1),
-                found: data.len(),
+                found: samples,
             });
         }
-        let window = max_lag..data.len();
+        let window = max_lag..samples;
         let columns: Vec<Regressor> = (0..record.scales.len())
             .flat_map(|index| (0..=max_lag).map(move |lag| record_column(index, lag)))
             .collect();
@@ -50,8 +57,8 @@ impl LaggedCovariance {
         let root = triangular_factor(&design) / (window.len() as f64).sqrt();
         Ok(Self {
             root,
-            scales: record.scales,
-            names: record.names,
+            scales: record.scales.clone(),
+            names: record.names.clone(),
             max_lag,
             window_rows: window.len(),
         })
@@ -192,6 +199,27 @@ impl ScaledRecord {
             scales,
             names: names.map(|signal| signal.name.clone()).collect(),
         })
+    }
+
+    /// `sum_t z(t) z(t-k)' / N` of the scaled channels for `k = 0..=max_lag`, the output first:
+    /// as a sequence positive semidefinite, whatever the record.
+    pub fn autocovariance(&self, max_lag: usize) -> Vec<DMatrix<f64>> {
+        let samples = self.samples.y.nrows();
+        let channels = self.scales.len();
+        let lagged = |channel: usize, lag: usize, window: &Range<usize>| {
+            self.samples.lagged(record_column(channel, lag), window)
+        };
+        let product = |i: usize, j: usize, k: usize| -> f64 {
+            let window = k.min(samples)..samples;
+            if window.is_empty() {
+                return 0.0;
+            }
+            let pairs = lagged(i, 0, &window).iter().zip(lagged(j, k, &window));
+            pairs.map(|(a, b)| a * b).sum::<f64>() / samples as f64
+        };
+        (0..=max_lag)
+            .map(|k| DMatrix::from_fn(channels, channels, |i, j| product(i, j, k)))
+            .collect()
     }
 }
 

@@ -132,6 +132,10 @@ impl Objective {
         &self.surface
     }
 
+    pub fn into_surface(self) -> AdmissibleSurface {
+        self.surface
+    }
+
     /// The criterion at a point; infinite where it has no value.
     pub fn value(&self, point: &SurfacePoint) -> f64 {
         let value = match &self.parts {

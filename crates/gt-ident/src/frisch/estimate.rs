@@ -2,12 +2,42 @@
 
 use nalgebra::DVector;
 
-use super::surface::{AdmissibleSurface, SurfacePoint};
+use super::surface::SurfacePoint;
 use crate::eiv::{EivRow, NoiseVariances};
 use crate::{Channel, IdentError};
 
 /// A variance below this part of its largest admissible value is at the boundary, zero.
 pub const BOUNDARY_SHARE: f64 = 1e-6;
+
+/// A variance below this number of its standard errors cannot be told from zero.
+const IDENTIFIABLE_ERRORS: f64 = 2.0;
+
+/// What is known of the noise on one channel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrischNoise {
+    /// The channel.
+    pub channel: Channel,
+    /// The variance, in squared units of the channel.
+    pub variance: f64,
+    /// The largest admissible variance, that of all noise on this channel alone.
+    pub largest: f64,
+    /// The variance is at the boundary of the admissible surface, zero: the criterion would be
+    /// smaller still with a negative one, and the estimate is no stationary point of it.
+    pub at_boundary: bool,
+    /// The standard error of the best estimate from the covariances used (optimally weighted
+    /// moments with Gaussian noise, at the estimate): no criterion has a smaller one in large
+    /// records, and theirs are up to several times larger. Zero where the covariances were exact,
+    /// infinite where they do not determine the variance.
+    pub least_standard_error: f64,
+}
+
+impl FrischNoise {
+    /// Whether the record tells the variance from zero: it is at least twice the standard error
+    /// of even the best estimate. If not, the variance is a number without a meaning of its own.
+    pub fn is_identifiable(&self) -> bool {
+        self.variance > 0.0 && self.variance >= IDENTIFIABLE_ERRORS * self.least_standard_error
+    }
+}
 
 /// The relation of one output and the noise variances, chosen by a criterion on the admissible
 /// surface.
@@ -17,35 +47,43 @@ pub struct FrischEstimate {
     pub row: EivRow,
     /// The noise variances, in squared units of the channels.
     pub noise: NoiseVariances,
-    /// The largest admissible variance of each channel, that of all noise on it alone.
-    pub largest_noise: NoiseVariances,
-    /// The channels whose variance is at the boundary of the admissible surface, zero: the
-    /// criterion would be smaller still with a negative variance, and the estimate is then no
-    /// stationary point of it.
-    pub boundary: Vec<Channel>,
+    /// What is known of each variance, the output first: whether it is at the boundary, whether
+    /// it is identifiable.
+    pub channels: Vec<FrischNoise>,
     /// The least value of the criterion, for channels of unit deviation.
     pub criterion_value: f64,
     /// Rows of the window; 0 where the covariances were exact.
     pub window_rows: usize,
 }
 
-/// An estimate in the units of the channels, from a point for channels scaled by `scales`.
-pub(crate) fn estimate(
-    surface: &AdmissibleSurface,
+impl FrischEstimate {
+    /// The channels whose variance is at the boundary, zero.
+    pub fn boundary(&self) -> Vec<Channel> {
+        let at_boundary = self.channels.iter().filter(|noise| noise.at_boundary);
+        at_boundary.map(|noise| noise.channel).collect()
+    }
+}
+
+/// What is known of each channel, in its units, from a point for channels over their scales and
+/// the standard errors there.
+pub(crate) fn channel_noise(
     point: &SurfacePoint,
+    largest: &[f64],
+    errors: &[f64],
     scales: &[f64],
     output: usize,
-    (criterion_value, window_rows): (f64, usize),
-) -> Result<FrischEstimate, IdentError> {
-    let row = unscaled(&point.row(surface.lags())?, scales)?;
-    Ok(FrischEstimate {
-        row,
-        noise: variances(&point.variances, scales),
-        largest_noise: variances(surface.intercepts(), scales),
-        boundary: boundary(&point.variances, surface.intercepts(), output),
-        criterion_value,
-        window_rows,
-    })
+) -> Vec<FrischNoise> {
+    let known = |(index, scale): (usize, &f64)| FrischNoise {
+        channel: match index.checked_sub(1) {
+            None => Channel::Output(output),
+            Some(input) => Channel::Input(input),
+        },
+        variance: point.variances[index] * scale.powi(2),
+        largest: largest[index] * scale.powi(2),
+        at_boundary: point.variances[index] <= BOUNDARY_SHARE * largest[index],
+        least_standard_error: errors[index] * scale.powi(2),
+    };
+    scales.iter().enumerate().map(known).collect()
 }
 
 /// The relation of the channels from that of the channels over their scales: `b s_y / s_u`.
@@ -68,14 +106,4 @@ pub(crate) fn variances(scaled: &[f64], scales: &[f64]) -> NoiseVariances {
         output: squared(0),
         inputs: DVector::from_iterator(scales.len() - 1, (1..scales.len()).map(squared)),
     }
-}
-
-/// The channels whose variance is at zero.
-pub(crate) fn boundary(variances: &[f64], largest: &[f64], output: usize) -> Vec<Channel> {
-    let at_zero = |index: &usize| variances[*index] <= BOUNDARY_SHARE * largest[*index];
-    let channel = |index: usize| match index.checked_sub(1) {
-        None => Channel::Output(output),
-        Some(input) => Channel::Input(input),
-    };
-    (0..variances.len()).filter(at_zero).map(channel).collect()
 }

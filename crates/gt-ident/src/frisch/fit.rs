@@ -2,10 +2,12 @@
 
 use gt_core::{Dataset, DimensionError};
 
-use super::covariance::LaggedCovariance;
+use super::covariance::{LaggedCovariance, ScaledRecord};
 use super::criterion::{Criterion, Objective};
-use super::estimate::{FrischEstimate, estimate};
+use super::estimate::{FrischEstimate, channel_noise, unscaled, variances};
+use super::moment_system::MomentSystem;
 use super::search::least_shares;
+use super::surface::{AdmissibleSurface, SurfacePoint};
 use crate::IdentError;
 use crate::eiv::EivLags;
 
@@ -61,9 +63,12 @@ impl Frisch {
     /// point has a relation for `y(t)`.
     pub fn fit(&self, data: &Dataset, output: usize) -> Result<FrischEstimate, IdentError> {
         self.check(data)?;
+        let record = ScaledRecord::new(data, output)?;
         let max_lag = self.criterion.max_lag(self.lags.order());
-        let covariance = LaggedCovariance::of_record(data, output, max_lag)?;
-        self.choose(&covariance, output)
+        let covariance = LaggedCovariance::of_scaled(&record, max_lag)?;
+        let chosen = self.choose(&covariance)?;
+        let errors = noise_errors(&self.lags, &record, &covariance, &chosen.1);
+        self.estimate(&covariance, chosen, &errors, output)
     }
 
     /// The relation and the noise from given covariances, for example the exact ones of a process.
@@ -76,14 +81,32 @@ impl Frisch {
         &self,
         covariance: &LaggedCovariance,
     ) -> Result<FrischEstimate, IdentError> {
-        self.choose(covariance, 0)
+        let exact = vec![0.0; covariance.scales().len()];
+        self.estimate(covariance, self.choose(covariance)?, &exact, 0)
     }
 
-    fn choose(
+    fn estimate(
         &self,
         covariance: &LaggedCovariance,
+        (surface, point, criterion_value): (AdmissibleSurface, SurfacePoint, f64),
+        errors: &[f64],
         output: usize,
     ) -> Result<FrischEstimate, IdentError> {
+        let scales = covariance.scales();
+        Ok(FrischEstimate {
+            row: unscaled(&point.row(&self.lags)?, scales)?,
+            noise: variances(&point.variances, scales),
+            channels: channel_noise(&point, surface.intercepts(), errors, scales, output),
+            criterion_value,
+            window_rows: covariance.window_rows(),
+        })
+    }
+
+    /// The point that the criterion chooses, its surface and the value there.
+    pub(crate) fn choose(
+        &self,
+        covariance: &LaggedCovariance,
+    ) -> Result<(AdmissibleSurface, SurfacePoint, f64), IdentError> {
         let objective = Objective::new(&self.lags, self.criterion, covariance)?;
         let surface = objective.surface();
         let point_at = |shares: &[f64]| {
@@ -100,8 +123,7 @@ impl Frisch {
             });
         };
         let point = point_at(&shares)?;
-        let found = (value, covariance.window_rows());
-        estimate(surface, &point, covariance.scales(), output, found)
+        Ok((objective.into_surface(), point, value))
     }
 
     /// Refuses lags and records that do not fit each other, before anything is allocated.
@@ -111,6 +133,21 @@ impl Frisch {
         self.criterion.check(order)?;
         check_rows(&self.lags, self.criterion, data.len())
     }
+}
+
+/// The least standard errors of the variances at a point, the output first; infinite where the
+/// covariances do not determine them.
+pub(crate) fn noise_errors(
+    lags: &EivLags,
+    record: &ScaledRecord,
+    covariance: &LaggedCovariance,
+    point: &SurfacePoint,
+) -> Vec<f64> {
+    let errors = MomentSystem::new(lags, record, covariance).errors(point);
+    errors.map_or_else(
+        || vec![f64::INFINITY; point.variances.len()],
+        |errors| errors.iter().skip(lags.parameters()).copied().collect(),
+    )
 }
 
 /// Refuses a record with fewer window rows than entries of the longest regression vector plus one.

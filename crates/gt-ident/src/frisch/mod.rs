@@ -5,7 +5,7 @@
 //! relations that explain the covariance of the lagged channels equally well
 //! ([`AdmissibleSurface`]); a [`Criterion`] chooses the point. The estimates are consistent, not
 //! efficient: they are what a likelihood starts from, and what tells where it cannot be trusted
-//! ([`FrischEstimate::boundary`]).
+//! ([`FrischNoise`]).
 //!
 //! Beghelli, Guidorzi and Soverini (1990), Automatica 26(1) 171-176; Diversi, Guidorzi and Soverini
 //! (2003), "Algorithms for optimal errors-in-variables filtering"; Soederstroem (2018),
@@ -16,6 +16,8 @@ mod covariance;
 mod criterion;
 mod estimate;
 mod fit;
+mod moment_system;
+mod moments;
 mod nelder_mead;
 mod search;
 mod shared;
@@ -23,7 +25,8 @@ mod surface;
 
 pub use covariance::LaggedCovariance;
 pub use criterion::Criterion;
-pub use estimate::{BOUNDARY_SHARE, FrischEstimate};
+pub use estimate::{BOUNDARY_SHARE, FrischEstimate, FrischNoise};
 pub use fit::Frisch;
+pub use moments::{MomentsEstimate, WeightedMoments};
 pub use shared::SharedFrischEstimate;
 pub use surface::{AdmissibleSurface, SurfacePoint};

@@ -3,15 +3,14 @@
 use gt_core::Dataset;
 use nalgebra::DVector;
 
-use super::covariance::LaggedCovariance;
+use super::covariance::{LaggedCovariance, ScaledRecord};
 use super::criterion::Objective;
-use super::estimate::{boundary, unscaled, variances};
-use super::fit::Frisch;
+use super::estimate::{FrischNoise, channel_noise, unscaled, variances};
+use super::fit::{Frisch, noise_errors};
 use super::nelder_mead::nelder_mead;
 use super::search::{ZERO_SHARE, best_of_grid, limits};
-use super::surface::SurfacePoint;
+use crate::IdentError;
 use crate::eiv::EivRow;
-use crate::{Channel, IdentError};
 
 /// The relations of all outputs, with one variance of the noise on each input.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,9 +21,9 @@ pub struct SharedFrischEstimate {
     pub output_noise: DVector<f64>,
     /// Variance of the noise on each input (`nu`), in squared units of the channels.
     pub input_noise: DVector<f64>,
-    /// The channels whose variance is at the boundary, zero (see
-    /// [`super::FrischEstimate::boundary`]).
-    pub boundary: Vec<Channel>,
+    /// What is known of each variance, the outputs first. The largest admissible variance and the
+    /// standard error of an input are those of the output that knows most of it.
+    pub channels: Vec<FrischNoise>,
     /// The least sum of the outputs' criteria, for channels of unit deviation.
     pub criterion_value: f64,
     /// Rows of the window.
@@ -45,8 +44,12 @@ impl Frisch {
     pub fn fit_shared(&self, data: &Dataset) -> Result<SharedFrischEstimate, IdentError> {
         self.check(data)?;
         let max_lag = self.selection().max_lag(self.lags().order());
-        let covariances = (0..data.ny())
-            .map(|output| LaggedCovariance::of_record(data, output, max_lag))
+        let records = (0..data.ny())
+            .map(|output| ScaledRecord::new(data, output))
+            .collect::<Result<Vec<_>, _>>()?;
+        let covariances = records
+            .iter()
+            .map(|record| LaggedCovariance::of_scaled(record, max_lag))
             .collect::<Result<Vec<_>, _>>()?;
         let objectives = covariances
             .iter()
@@ -74,28 +77,42 @@ impl Frisch {
             rows: Vec::with_capacity(data.ny()),
             output_noise: DVector::zeros(data.ny()),
             input_noise: DVector::zeros(data.nu()),
-            boundary: Vec::new(),
+            channels: Vec::with_capacity(data.ny() + data.nu()),
             criterion_value,
             window_rows: first.window_rows(),
         };
-        for (output, (objective, covariance)) in objectives.iter().zip(&covariances).enumerate() {
+        let mut of_inputs: Vec<FrischNoise> = Vec::new();
+        for (output, objective) in objectives.iter().enumerate() {
+            let (record, covariance) = (&records[output], &covariances[output]);
             let surface = objective.surface();
-            let point: SurfacePoint = surface.at_inputs(&inputs)?;
+            let point = surface.at_inputs(&inputs)?;
             let scales = covariance.scales();
-            let row = point.row(surface.lags())?;
-            found.rows.push(unscaled(&row, scales)?);
+            found.rows.push(unscaled(&point.row(self.lags())?, scales)?);
             let noise = variances(&point.variances, scales);
             found.output_noise[output] = noise.output;
             found.input_noise = noise.inputs;
-            let at_zero = boundary(&point.variances, surface.intercepts(), output);
-            for channel in at_zero {
-                if !found.boundary.contains(&channel) {
-                    found.boundary.push(channel);
-                }
-            }
+            let errors = noise_errors(self.lags(), record, covariance, &point);
+            let mut known = channel_noise(&point, surface.intercepts(), &errors, scales, output);
+            let inputs = known.split_off(1);
+            found.channels.append(&mut known);
+            of_inputs = most_known(of_inputs, inputs);
         }
+        found.channels.append(&mut of_inputs);
         Ok(found)
     }
+}
+
+/// For each input the smaller bound and the smaller standard error.
+fn most_known(mut some: Vec<FrischNoise>, other: Vec<FrischNoise>) -> Vec<FrischNoise> {
+    if some.is_empty() {
+        return other;
+    }
+    for (known, other) in some.iter_mut().zip(other) {
+        known.largest = known.largest.min(other.largest);
+        known.least_standard_error = known.least_standard_error.min(other.least_standard_error);
+        known.at_boundary &= other.at_boundary;
+    }
+    some
 }
 
 /// The smallest of the outputs' largest variances, of each input.

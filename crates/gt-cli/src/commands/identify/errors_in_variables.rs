@@ -16,11 +16,7 @@ use crate::failure::Failure;
 const CRITERION_LAGS: usize = 5;
 
 /// Fits a relation an output, with the noise of every channel.
-pub fn identify(
-    args: &IdentifyArgs,
-    path: &Path,
-    train: &Dataset,
-) -> Result<Identified, Failure> {
+pub fn identify(args: &IdentifyArgs, path: &Path, train: &Dataset) -> Result<Identified, Failure> {
     let lags = lags(args, train.nu())?;
     let in_file = |error| Failure::in_file(path, error);
     let mut warnings = Vec::new();
@@ -41,7 +37,9 @@ pub fn identify(
         }
         _ => {
             refuse_criterion(args.criterion)?;
-            let found = Eiv::new(vec![lags; train.ny()]).fit(train).map_err(in_file)?;
+            let found = Eiv::new(vec![lags; train.ny()])
+                .fit(train)
+                .map_err(in_file)?;
             if found.short_record {
                 warnings.push(format!(
                     "{} rows are few for this model: the standard errors promise too much",

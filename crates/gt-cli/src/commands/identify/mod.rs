@@ -232,7 +232,6 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
     Ok(Outcome::Done)
 }
 
-
 /// A criterion chooses a point of the Frisch scheme and nothing else.
 fn refuse_criterion(criterion: Option<Criterion>) -> Result<(), Failure> {
     match criterion {

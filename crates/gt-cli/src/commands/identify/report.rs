@@ -116,10 +116,7 @@ pub fn output_reports<'a>(model: &'a ArxModel, scores: &'a Validation) -> Vec<Ou
 pub fn text(report: &Report, train_rows: usize) -> String {
     let mut text = format!(
         "{} identified on {} rows, validated on rows {}:{}\n",
-        report.structure,
-        train_rows,
-        report.validation_rows[0],
-        report.validation_rows[1]
+        report.structure, train_rows, report.validation_rows[0], report.validation_rows[1]
     );
     if let Some(orders) = report.order_table {
         let rows: Vec<Vec<String>> = orders
@@ -188,7 +185,12 @@ pub fn text(report: &Report, train_rows: usize) -> String {
             })
             .collect();
         text.push_str(&table(
-            &["channel", "noise variance", "standard error", "told by the record"],
+            &[
+                "channel",
+                "noise variance",
+                "standard error",
+                "told by the record",
+            ],
             &rows,
         ));
     }

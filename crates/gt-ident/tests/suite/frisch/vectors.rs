@@ -116,7 +116,7 @@ fn published_systems_are_recovered_from_exact_covariances() {
                 found.criterion_value
             );
             assert_near(&numbers, &truth, tolerance, &format!("{criterion:?}"));
-            assert!(found.boundary.is_empty());
+            assert!(found.boundary().is_empty());
             assert_eq!(found.window_rows, 0);
         }
     }
@@ -160,7 +160,8 @@ fn published_estimates_on_500_samples() {
                 .collect();
             println!(
                 "{name}: {errors:.2?} {numbers:.4?} {listed:.4?} {:?} {:e}",
-                found.boundary, found.criterion_value
+                found.boundary(),
+                found.criterion_value
             );
         }
     }
