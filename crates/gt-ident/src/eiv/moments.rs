@@ -39,6 +39,13 @@ impl<'a> Moments<'a> {
         self.spectrum.frequencies()
     }
 
+    /// The spectrum of the output at every frequency.
+    pub fn output_spectrum(&self) -> Vec<f64> {
+        let frequencies = 0..self.frequencies();
+        let first = frequencies.map(|index| self.spectrum.matrix(index)[0].re);
+        first.collect()
+    }
+
     pub fn columns(&self) -> &[(usize, usize)] {
         &self.columns
     }

@@ -21,6 +21,8 @@ const ROUNDS: usize = 8;
 const VARIANCE_RIDGE: f64 = 1e-4;
 /// Added to the metric of the rest, relative to it.
 const RIDGE: f64 = 1e-6;
+/// Roots of the cancelling factors.
+const CANCELLING: [f64; 3] = [0.5, -0.5, 0.85];
 const STEP: Lbfgs = Lbfgs {
     memory: 12,
     iterations: ITERATIONS,
@@ -149,6 +151,52 @@ impl<'a> Problem<'a> {
     }
 }
 
+/// The estimate of one output, in units of the channels' deviations.
+///
+/// Beside the given points and those of [`starts`] it starts from the estimate of the order below,
+/// times factors that cancel: where an order adds little, that is where its minimum lies.
+fn one_output(spectrum: &Spectrum, lags: &EivLags, given: &[Vec<f64>]) -> Option<Refined> {
+    let moments = Moments::new(spectrum, lags);
+    let largest = moments.largest_variances()?;
+    let mut points = given.to_vec();
+    let below = EivLags::new(lags.order() - 1, lags.nk().to_vec()).ok();
+    if let Some(below) = below
+        && let Some(lower) = one_output(spectrum, &below, &[])
+    {
+        points.extend(CANCELLING.map(|root| extended(&below, &lower.point, root)));
+    }
+    for start in starts(&moments, &largest) {
+        let (a, b) = start.relation.as_slice()[1..].split_at(lags.order());
+        let mut point = a.to_vec();
+        point.extend(b.iter().map(|value| -value));
+        point.extend(start.variances);
+        points.push(point);
+    }
+    let mut problem = Problem::new(std::slice::from_ref(lags), spectrum, &largest).ok()?;
+    problem.solve(&points, given.len())
+}
+
+/// A point of the next order with the same transfer functions: both sides of the relation times
+/// `1 - root q^-1`.
+fn extended(lags: &EivLags, point: &[f64], root: f64) -> Vec<f64> {
+    let times = |part: &[f64], first: f64| {
+        let before = std::iter::once(&first).chain(part);
+        let after = part.iter().chain(std::iter::once(&0.0));
+        let product: Vec<f64> = after.zip(before).map(|(a, b)| a - root * b).collect();
+        product
+    };
+    let (a, mut rest) = point.split_at(lags.order());
+    let mut longer = times(a, 1.0);
+    for input in 0..lags.inputs() {
+        let (b, after) = rest.split_at(lags.input_terms(input));
+        longer.push(b[0]);
+        longer.extend(times(&b[1..], b[0]));
+        rest = after;
+    }
+    longer.extend(rest);
+    longer
+}
+
 /// The estimate of all outputs together, in units of the channels' deviations. `given` are points
 /// of all outputs to start from beside those found here.
 ///
@@ -168,8 +216,7 @@ pub(super) fn estimate(
     for (output, (own, start)) in lags.iter().zip(&row_starts).enumerate() {
         let selected: Vec<usize> = std::iter::once(output).chain(m..m + r).collect();
         let marginal = spectrum.marginal(&selected)?;
-        let moments = Moments::new(&marginal, own);
-        let found = moments
+        let found = Moments::new(&marginal, own)
             .largest_variances()
             .ok_or(IdentError::EivNoStart { output })?;
         largest[output] = found[0];
@@ -177,7 +224,7 @@ pub(super) fn estimate(
             *largest = largest.min(*found);
         }
         let coefficients = own.parameters();
-        let mut points: Vec<Vec<f64>> = given
+        let given: Vec<Vec<f64>> = given
             .iter()
             .map(|point| {
                 let mut single = point[*start..start + coefficients].to_vec();
@@ -186,16 +233,8 @@ pub(super) fn estimate(
                 single
             })
             .collect();
-        for start in starts(&moments, &found) {
-            let (a, b) = start.relation.as_slice()[1..].split_at(own.order());
-            let mut point = a.to_vec();
-            point.extend(b.iter().map(|value| -value));
-            point.extend(start.variances);
-            points.push(point);
-        }
-        let single = Problem::new(std::slice::from_ref(own), &marginal, &found)?
-            .solve(&points, given.len())
-            .ok_or(IdentError::EivNoStart { output })?;
+        let single =
+            one_output(&marginal, own, &given).ok_or(IdentError::EivNoStart { output })?;
         singles.push(single);
     }
     if m == 1 {
