@@ -171,7 +171,7 @@ fn finish(
     record: &Record,
     refined: &Refined,
 ) -> Result<EivEstimate, IdentError> {
-    let likelihood = Likelihood::new(&layout.lags, &record.spectrum)?;
+    let likelihood = Likelihood::new(&layout.lags, &record.smooth)?;
     let information = likelihood.information(&refined.point)? * record.samples as f64;
     let factors = factors(layout, &record.scales);
     let scaled = covariance(&information);

@@ -10,7 +10,7 @@ const SHARES: [f64; 8] = [0.002, 0.01, 0.04, 0.12, 0.3, 0.6, 0.88, 0.985];
 /// How much more than the others one input may bear.
 const EMPHASIS: f64 = 12.0;
 /// Reweightings of a direction; they converge linearly and fast, and the fit goes on from there.
-const REWEIGHTINGS: usize = 6;
+const REWEIGHTINGS: usize = 4;
 
 /// A point of one output: its relation `theta_bar` and variances (output, inputs).
 pub(super) struct Start {
