@@ -89,8 +89,8 @@ impl Eiv {
             .iter()
             .map(|start| scaled_start(&layout, &record.scales, start))
             .collect();
-        let refined = estimate(&record.spectrum, &self.lags, &starts)?;
-        finish(data, &layout, &record, &refined)
+        let joint = estimate(&record.spectrum, &self.lags, &starts, None)?;
+        finish(data, &layout, &record, &joint.together)
     }
 
     fn check_starts(&self, layout: &Layout) -> Result<(), IdentError> {
