@@ -89,8 +89,8 @@ impl Eiv {
             .iter()
             .map(|start| scaled_start(&layout, &record.scales, start))
             .collect();
-        let refined = estimate(&record.spectrum, &self.lags, &starts)?;
-        finish(data, &layout, &record, &refined)
+        let joint = estimate(&record.spectrum, &self.lags, &starts, None)?;
+        finish(data, &layout, &record, &joint.together)
     }
 
     fn check_starts(&self, layout: &Layout) -> Result<(), IdentError> {
@@ -171,7 +171,7 @@ fn finish(
     record: &Record,
     refined: &Refined,
 ) -> Result<EivEstimate, IdentError> {
-    let likelihood = Likelihood::new(&layout.lags, &record.spectrum)?;
+    let likelihood = Likelihood::new(&layout.lags, &record.smooth)?;
     let information = likelihood.information(&refined.point)? * record.samples as f64;
     let factors = factors(layout, &record.scales);
     let scaled = covariance(&information);

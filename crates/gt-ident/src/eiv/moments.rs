@@ -39,6 +39,13 @@ impl<'a> Moments<'a> {
         self.spectrum.frequencies()
     }
 
+    /// The spectrum of the output at every frequency.
+    pub fn output_spectrum(&self) -> Vec<f64> {
+        let frequencies = 0..self.frequencies();
+        let first = frequencies.map(|index| self.spectrum.matrix(index)[0].re);
+        first.collect()
+    }
+
     pub fn columns(&self) -> &[(usize, usize)] {
         &self.columns
     }
@@ -53,8 +60,10 @@ impl<'a> Moments<'a> {
         for (index, &weight) in weight.iter().enumerate() {
             let matrix = self.spectrum.matrix(index);
             let phases = &self.phases[index * stride..(index + 1) * stride];
-            for (pair, value) in matrix.iter().enumerate() {
-                let value = value * weight;
+            // rho_dc(lag) = rho_cd(-lag): the pairs c <= d hold everything.
+            let upper = (0..q).flat_map(|c| (c..q).map(move |d| c * q + d));
+            for pair in upper {
+                let value = matrix[pair] * weight;
                 for (lag, phase) in phases.iter().enumerate() {
                     even[pair * stride + lag] += value.re * phase.re;
                     odd[pair * stride + lag] -= value.im * phase.im;
@@ -63,8 +72,8 @@ impl<'a> Moments<'a> {
         }
         let count = weight.len() as f64;
         self.assemble(|c, d, k, l| {
-            let at = (c * q + d) * stride + k.abs_diff(l);
-            let sign = if k >= l { 1.0 } else { -1.0 };
+            let at = (c.min(d) * q + c.max(d)) * stride + k.abs_diff(l);
+            let sign = if (k >= l) == (c <= d) { 1.0 } else { -1.0 };
             (even[at] + sign * odd[at]) / count
         })
     }

@@ -14,6 +14,9 @@ const LONGEST: usize = 60;
 /// The spectrum of a record, with what brings an estimate back to its units.
 pub(super) struct Record {
     pub spectrum: Spectrum,
+    /// Of a shorter autoregression, for the information: it is quadratic in the spectrum of the
+    /// inputs, so that the scatter of a long one would pass for information.
+    pub smooth: Spectrum,
     pub point: OperatingPoint,
     /// Deviation of each channel, outputs before inputs.
     pub scales: Vec<f64>,
@@ -80,16 +83,22 @@ impl Record {
             column /= scale;
             scales.push(scale);
         }
-        let fitted = Autoregression::fit(&z, order).map_err(|(channel, found)| {
-            let signal = signals().nth(channel);
-            IdentError::EivDetermined {
-                channel: signal.map(|signal| signal.name.clone()).unwrap_or_default(),
-                found,
-                limit: NOISE_FLOOR,
-            }
-        })?;
+        let spectrum = |order: usize| {
+            let fitted = Autoregression::fit(&z, order).map_err(|(channel, found)| {
+                let signal = signals().nth(channel);
+                IdentError::EivDetermined {
+                    channel: signal.map(|signal| signal.name.clone()).unwrap_or_default(),
+                    found,
+                    limit: NOISE_FLOOR,
+                }
+            })?;
+            fitted.spectrum(frequencies)
+        };
+        // Truncated: a few samples more or less do not matter.
+        let short = 1 + (0.9 * (samples as f64).powf(0.4)) as usize;
         Ok(Self {
-            spectrum: fitted.spectrum(frequencies)?,
+            spectrum: spectrum(order)?,
+            smooth: spectrum(short.min(order))?,
             point,
             scales,
             samples,

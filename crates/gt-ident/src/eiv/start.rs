@@ -10,7 +10,7 @@ const SHARES: [f64; 8] = [0.002, 0.01, 0.04, 0.12, 0.3, 0.6, 0.88, 0.985];
 /// How much more than the others one input may bear.
 const EMPHASIS: f64 = 12.0;
 /// Reweightings of a direction; they converge linearly and fast, and the fit goes on from there.
-const REWEIGHTINGS: usize = 6;
+const REWEIGHTINGS: usize = 4;
 
 /// A point of one output: its relation `theta_bar` and variances (output, inputs).
 pub(super) struct Start {
@@ -28,6 +28,7 @@ pub(super) struct Start {
 pub(super) fn starts(moments: &Moments<'_>, largest: &[f64]) -> Vec<Start> {
     let inputs = largest.len() - 1;
     let mut starts = Vec::new();
+    let first = [vec![1.0; moments.frequencies()], moments.output_spectrum()];
     let patterns = if inputs > 1 { inputs + 1 } else { 1 };
     for pattern in 0..patterns {
         for share in SHARES {
@@ -40,41 +41,30 @@ pub(super) fn starts(moments: &Moments<'_>, largest: &[f64]) -> Vec<Start> {
                     _ => share * largest / EMPHASIS,
                 })
                 .collect();
-            starts.extend(along(moments, &direction));
+            for weight in &first {
+                starts.extend(along(moments, &direction, weight.clone()));
+            }
         }
     }
     starts
 }
 
-/// The point whose variances are a multiple of `direction`.
-fn along(moments: &Moments<'_>, direction: &[f64]) -> Option<Start> {
-    let mut relation: Option<(DVector<f64>, f64)> = None;
-    let mut weight: Option<Vec<f64>> = None;
+/// The point whose variances are a multiple of `direction`, from a first weight.
+fn along(moments: &Moments<'_>, direction: &[f64], mut weight: Vec<f64>) -> Option<Start> {
     let mut last = None;
     for _ in 0..REWEIGHTINGS {
-        let (signal, noise) = {
-            let flat;
-            let weight = match &weight {
-                Some(weight) => weight,
-                None => {
-                    flat = vec![1.0; moments.frequencies()];
-                    &flat
-                }
-            };
-            (moments.signal(weight), moments.noise(weight, direction))
-        };
-        let Some(found) = smallest_pair(&signal, &noise) else {
+        let signal = moments.signal(&weight);
+        let noise = moments.noise(&weight, direction);
+        let Some((relation, factor)) = smallest_pair(&signal, &noise) else {
             break;
         };
-        weight = Some(moments.weight(&found.0, direction));
-        relation = Some(found);
-        last = Some((signal, noise));
+        weight = moments.weight(&relation, direction);
+        last = Some((relation, factor, signal - noise * factor));
     }
-    let ((relation, factor), (signal, noise)) = relation.zip(last)?;
-    let relation = stable(moments, relation, &(signal - noise * factor));
+    let (relation, factor, signal) = last?;
     let variances = direction.iter().map(|value| value * factor).collect();
     Some(Start {
-        relation,
+        relation: stable(moments, relation, &signal),
         variances,
     })
 }
