@@ -1,28 +1,51 @@
 //! Errors-in-variables methods: noise on the inputs too.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use gt_log::ModelKind;
 use gtfdi::core::Dataset;
-use gtfdi::ident::eiv::{Eiv, EivLags, EivModel};
+use gtfdi::ident::IdentError;
+use gtfdi::ident::eiv::{Eiv, EivLags, EivModel, EivOrderTable, eiv_order_table};
 use gtfdi::ident::frisch::{self, Frisch};
 
 use super::structure::{Order, parse_order};
-use super::{Identified, Model, refuse_criterion};
+use super::{Identified, Model, Orders, refuse_criterion};
 use crate::cli::{Criterion, IdentifyArgs, Method};
 use crate::failure::Failure;
 
 /// Lags beyond the order of the criteria that look at some.
 const CRITERION_LAGS: usize = 5;
+/// Orders that `--order auto` looks at, as far as the record bears them.
+const AUTO_ORDERS: RangeInclusive<usize> = 1..=6;
 
 /// Fits a relation an output, with the noise of every channel.
 pub fn identify(args: &IdentifyArgs, path: &Path, train: &Dataset) -> Result<Identified, Failure> {
-    let lags = lags(args, train.nu())?;
     let in_file = |error| Failure::in_file(path, error);
     let mut warnings = Vec::new();
+    let nk = smallest_lags(args, train.nu())?;
+    let (order, orders) = match args.order.as_deref().map(parse_order).transpose()? {
+        Some(Order::One(order)) => (order, None),
+        Some(Order::Range(orders)) => {
+            let table = eiv_order_table(train, orders, &nk).map_err(in_file)?;
+            (table.best_bic(), Some(table))
+        }
+        Some(Order::Auto) => {
+            let table = as_far_as_the_record_bears(train, &nk).map_err(in_file)?;
+            let highest = table.rows.last().map_or(0, |row| row.order);
+            if highest < *AUTO_ORDERS.end() {
+                warnings.push(format!(
+                    "{} rows bear no order above {highest}: --order auto looked no further",
+                    train.len()
+                ));
+            }
+            (table.best_bic(), Some(table))
+        }
+        None => return Err(Failure::missing("--order", "--order auto")),
+    };
+    let lags = EivLags::new(order, nk).map_err(Failure::input)?;
     let (kind, model) = match args.method {
         Some(Method::Frisch) => {
-            let order = lags.order();
             let scheme = Frisch::new(lags).criterion(match args.criterion {
                 Some(Criterion::Shift) => frisch::Criterion::ShiftRelation,
                 Some(Criterion::Covariance) => frisch::Criterion::CovarianceMatch {
@@ -55,13 +78,13 @@ pub fn identify(args: &IdentifyArgs, path: &Path, train: &Dataset) -> Result<Ide
     warnings.extend(not_told(&model));
     Ok(Identified {
         model: Model::Eiv(kind, model),
-        orders: None,
+        orders: orders.map(Orders::Eiv),
         warnings,
     })
 }
 
-/// The lags that the options ask for, the same for every output.
-fn lags(args: &IdentifyArgs, inputs: usize) -> Result<EivLags, Failure> {
+/// The smallest lag of each input; options that only another method has are refused.
+fn smallest_lags(args: &IdentifyArgs, inputs: usize) -> Result<Vec<usize>, Failure> {
     let others = [
         ("--structure", args.structure.is_some()),
         ("--indices", args.indices.is_some()),
@@ -74,20 +97,24 @@ fn lags(args: &IdentifyArgs, inputs: usize) -> Result<EivLags, Failure> {
              and --nk"
         )));
     }
-    let order = match args.order.as_deref().map(parse_order).transpose()? {
-        Some(Order::One(order)) => order,
-        Some(_) => {
-            return Err(Failure::input(
-                "--order: expected one order with --method frisch or eiv, found several",
-            ));
+    let nk = args.nk.clone().unwrap_or_else(|| vec![1]);
+    Ok(if nk.len() == 1 {
+        vec![nk[0]; inputs]
+    } else {
+        nk
+    })
+}
+
+/// The table of [`AUTO_ORDERS`], of as many as the record is long enough for.
+fn as_far_as_the_record_bears(train: &Dataset, nk: &[usize]) -> Result<EivOrderTable, IdentError> {
+    let first = nk.iter().copied().fold(*AUTO_ORDERS.start(), usize::max);
+    let mut last = first.max(*AUTO_ORDERS.end());
+    loop {
+        match eiv_order_table(train, first..=last, nk) {
+            Err(IdentError::EivTooFewSamples { .. }) if last > first => last -= 1,
+            result => return result,
         }
-        None => return Err(Failure::missing("--order", "--order 2")),
-    };
-    let mut nk = args.nk.clone().unwrap_or_else(|| vec![1]);
-    if nk.len() == 1 {
-        nk = vec![nk[0]; inputs];
     }
-    EivLags::new(order, nk).map_err(Failure::input)
 }
 
 /// What the record does not tell, in words.

@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 
 use gt_log::{LogError, ModelFile, ModelKind, write_json};
 use gtfdi::core::Dataset;
-use gtfdi::ident::eiv::EivModel;
+use gtfdi::ident::eiv::{EivModel, EivOrderTable};
 use gtfdi::ident::{Arx, ArxModel, OrderTable, validate};
+use serde::Serialize;
 
 use self::report::{Report, noise_reports, output_reports, text};
 use self::structure::{Chosen, choose};
@@ -26,8 +27,16 @@ use crate::record::{Read, check_out, read, selection};
 /// What a method found.
 struct Identified {
     model: Model,
-    orders: Option<OrderTable>,
+    orders: Option<Orders>,
     warnings: Vec<String>,
+}
+
+/// What the orders were compared by.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Orders {
+    Arx(OrderTable),
+    Eiv(EivOrderTable),
 }
 
 /// A model of either kind.
@@ -74,7 +83,7 @@ fn by_least_squares(
     let fitted = Arx::new(structure).fit(train);
     Ok(Identified {
         model: Model::Arx(fitted.map_err(|error| Failure::in_file(path, error))?),
-        orders,
+        orders: orders.map(Orders::Arx),
         warnings: warning.into_iter().collect(),
     })
 }

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use gtfdi::ident::eiv::EivModel;
+use gtfdi::ident::eiv::{EivModel, EivOrderTable};
 use gtfdi::ident::{ArxModel, ArxStructure, Channel, OrderTable, Validation};
 use serde::Serialize;
 
+use super::Orders;
 use crate::cli::Method;
 use crate::output::{number, table};
 
@@ -31,7 +32,7 @@ pub struct Report<'a> {
     pub noise_variances: Option<BTreeMap<&'a str, f64>>,
     /// The same with what is known of them, outputs first.
     pub noise: Option<Vec<NoiseReport<'a>>>,
-    pub order_table: Option<&'a OrderTable>,
+    pub order_table: Option<&'a Orders>,
     pub input_sha256: &'a str,
     pub warnings: Vec<String>,
     pub out: Option<&'a Path>,
@@ -118,28 +119,10 @@ pub fn text(report: &Report, train_rows: usize) -> String {
         "{} identified on {} rows, validated on rows {}:{}\n",
         report.structure, train_rows, report.validation_rows[0], report.validation_rows[1]
     );
-    if let Some(orders) = report.order_table {
-        let rows: Vec<Vec<String>> = orders
-            .rows
-            .iter()
-            .map(|row| {
-                vec![
-                    row.order.to_string(),
-                    row.parameters.to_string(),
-                    format!("{:.1}", row.aic),
-                    format!("{:.1}", row.mdl),
-                    number(Some(row.fpe)),
-                    number(Some(row.ppcre_percent)),
-                ]
-            })
-            .collect();
-        text.push_str(&table(
-            &["order", "parameters", "AIC", "MDL", "FPE", "PPCRE %"],
-            &rows,
-        ));
-        text += "chosen by MDL: order ";
-        text += &orders.best_mdl().to_string();
-        text.push('\n');
+    match report.order_table {
+        Some(Orders::Arx(orders)) => text += &arx_orders(orders),
+        Some(Orders::Eiv(orders)) => text += &eiv_orders(orders),
+        None => {}
     }
     let rows: Vec<Vec<String>> = report
         .outputs
@@ -195,4 +178,44 @@ pub fn text(report: &Report, train_rows: usize) -> String {
         ));
     }
     text
+}
+
+/// The criteria of ARX orders.
+fn arx_orders(orders: &OrderTable) -> String {
+    let rows: Vec<Vec<String>> = orders
+        .rows
+        .iter()
+        .map(|row| {
+            vec![
+                row.order.to_string(),
+                row.parameters.to_string(),
+                format!("{:.1}", row.aic),
+                format!("{:.1}", row.mdl),
+                number(Some(row.fpe)),
+                number(Some(row.ppcre_percent)),
+            ]
+        })
+        .collect();
+    let head = ["order", "parameters", "AIC", "MDL", "FPE", "PPCRE %"];
+    let best = orders.best_mdl();
+    format!("{}chosen by MDL: order {best}\n", table(&head, &rows))
+}
+
+/// The criteria of errors-in-variables orders.
+fn eiv_orders(orders: &EivOrderTable) -> String {
+    let rows: Vec<Vec<String>> = orders
+        .rows
+        .iter()
+        .map(|row| {
+            vec![
+                row.order.to_string(),
+                row.parameters.to_string(),
+                format!("{:.1}", row.aic),
+                format!("{:.1}", row.bic),
+            ]
+        })
+        .collect();
+    let best = orders.best_bic();
+    let table = table(&["order", "parameters", "AIC", "BIC"], &rows);
+    format!("{table}chosen by the likelihood's BIC: order {best}\n")
 }

@@ -9,7 +9,7 @@ use gtfdi::ident::{ArxStructure, IdentError, OrderKind, OrderTable, generic_indi
 use crate::cli::{IdentifyArgs, Structure};
 use crate::failure::Failure;
 
-/// Orders that `--order auto` looks at.
+/// Orders that `--order auto` looks at with least squares.
 const AUTO_ORDERS: RangeInclusive<usize> = 1..=12;
 
 /// What `--order` asks for.
