@@ -3,6 +3,8 @@
 use gt_core::{DataError, DimensionError, ModelError};
 use thiserror::Error;
 
+use crate::Dependence;
+
 /// A model that cannot be identified, realised or applied.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum IdentError {
@@ -98,7 +100,7 @@ pub enum IdentError {
     /// The regressors of an output are linearly dependent.
     #[error(
         "output `{output}`: expected independent regressors (condition at most {limit:e}), found \
-         condition {condition:e}: `{channel}` at lag {lag} depends on the others"
+         condition {condition:e}: `{channel}` at lag {lag} {dependence}"
     )]
     RankDeficient {
         /// The output's name.
@@ -107,6 +109,8 @@ pub enum IdentError {
         channel: String,
         /// Lag of the dependent regressor in samples.
         lag: usize,
+        /// What it depends on.
+        dependence: Dependence,
         /// Condition of the column-scaled regressor matrix.
         condition: f64,
         /// The largest condition accepted.
@@ -326,5 +330,28 @@ pub enum IdentError {
     MomentsSingular {
         /// The output's name.
         output: String,
+    },
+    /// There is no record to fit.
+    #[error("records: expected at least 1, found none")]
+    NoRecords,
+    /// The weight of a ridge is negative or not finite.
+    #[error("option ridge: expected a finite number of at least 0, found {found}")]
+    Ridge {
+        /// The weight found.
+        found: f64,
+    },
+    /// A ridge has no meaning for rows that are estimated together.
+    #[error("option ridge: expected 0 with correlated equation errors, found {found}")]
+    JointRidge {
+        /// The weight found.
+        found: f64,
+    },
+    /// The indices near the generic ones are too many to compare.
+    #[error("index sets: expected at most {limit} within {spread} of the generic indices")]
+    TooManyIndexSets {
+        /// The largest number compared.
+        limit: usize,
+        /// The distance asked for.
+        spread: usize,
     },
 }

@@ -40,24 +40,37 @@
 
 mod arx;
 mod canonical;
+mod dependence;
 pub mod eiv;
 mod error;
+mod factor;
 pub mod frisch;
+mod gram;
+mod index_search;
+mod joint;
+mod kernel;
 mod least_squares;
 mod model;
+mod options;
 mod order;
 mod predict;
 mod realise;
+mod record;
+mod refine;
 mod regressor;
 mod similarity;
 mod structure;
+mod tall;
 mod validate;
 
-pub use arx::Arx;
+pub use arx::{Arx, ArxFit};
 pub use canonical::CanonicalForm;
+pub use dependence::Dependence;
 pub use error::IdentError;
+pub use index_search::{INDEX_SET_LIMIT, IndexRow, IndexTable, index_table};
 pub use least_squares::CONDITION_LIMIT;
 pub use model::{ArxModel, ArxRow, Term};
+pub use options::{Centre, EquationErrors, Missing, SolvedBy, Solver};
 pub use order::{OrderKind, OrderRow, OrderTable, order_table};
 pub use predict::{DIVERGENCE_FACTOR, FreeRun};
 pub use realise::{OutputModel, STATE_LIMIT};

@@ -69,6 +69,9 @@ pub(crate) struct Fitted {
     pub rows: Vec<ArxRow>,
     pub rows_used: usize,
     pub condition: Vec<f64>,
+    /// One list a row, as long as its terms; files of older versions have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standard_errors: Option<Vec<Vec<f64>>>,
 }
 
 impl TryFrom<Fitted> for ArxModel {
@@ -137,18 +140,33 @@ impl ArxModel {
                 found,
             });
         }
+        if let Some(lists) = &fitted.standard_errors {
+            check_standard_errors(lists, &fitted.rows)?;
+        }
         let max_lag = fitted.structure.max_lag(nu);
         Ok(Self { fitted, max_lag })
     }
 
-    /// The same model with other coefficients, a function of the output and the regressor; its
-    /// residual variances are those of the equation error on `data`.
+    /// The same model with other coefficients and standard errors, functions of the output and the
+    /// regressor; its residual variances are those of the equation error on `data`. A standard
+    /// error that is not finite leaves the model without any.
     pub(crate) fn with_coefficients(
         &self,
         data: &Dataset,
         coefficient: impl Fn(usize, Regressor) -> f64,
+        standard_error: Option<impl Fn(usize, Regressor) -> f64>,
     ) -> Result<Self, IdentError> {
         let mut fitted = self.fitted.clone();
+        let rows = fitted.rows.iter().enumerate();
+        fitted.standard_errors = standard_error
+            .map(|of| {
+                let list = |(output, row): (usize, &ArxRow)| {
+                    let terms = row.terms.iter();
+                    terms.map(|term| of(output, term.regressor())).collect()
+                };
+                rows.map(list).collect::<Vec<Vec<f64>>>()
+            })
+            .filter(|lists| lists.iter().flatten().all(|error| error.is_finite()));
         for (output, row) in fitted.rows.iter_mut().enumerate() {
             for term in &mut row.terms {
                 term.coefficient = coefficient(output, term.regressor());
@@ -178,7 +196,8 @@ impl ArxModel {
         self.fitted.sample_time_s
     }
 
-    /// The means of the training record.
+    /// The operating point of the fit: the means of the training records unless the fit was asked
+    /// for another.
     pub fn operating_point(&self) -> &OperatingPoint {
         &self.fitted.operating_point
     }
@@ -209,6 +228,14 @@ impl ArxModel {
         &self.fitted.condition
     }
 
+    /// Standard errors of the coefficients, a list a row in the order of its terms and their units:
+    /// the roots of the diagonal of `s^2 (Phi' Phi)^-1` with `s^2 = RSS / (T - d)` for `T` rows and
+    /// `d` coefficients in the row. They hold for white equation errors; with a ridge they are the
+    /// spread only, not the bias. None for a model from a file that has none.
+    pub fn standard_errors(&self) -> Option<&[Vec<f64>]> {
+        self.fitted.standard_errors.as_deref()
+    }
+
     /// Refuses a record with other channels, units or sample time than the model's.
     pub(crate) fn check_record(&self, data: &Dataset) -> Result<(), IdentError> {
         DimensionError::check("inputs of the record", self.inputs().len(), data.nu())?;
@@ -224,7 +251,26 @@ impl ArxModel {
     }
 }
 
-fn check_signals(
+fn check_standard_errors(lists: &[Vec<f64>], rows: &[ArxRow]) -> Result<(), IdentError> {
+    DimensionError::check("standard errors (outputs)", rows.len(), lists.len())?;
+    for (index, (list, row)) in lists.iter().zip(rows).enumerate() {
+        let what = format!("standard errors of row {index}");
+        DimensionError::check(&what, row.terms.len(), list.len())?;
+        if let Some(&found) = list
+            .iter()
+            .find(|value| !(0.0..f64::INFINITY).contains(*value))
+        {
+            return Err(IdentError::ModelValue {
+                what,
+                expected: "finite numbers of at least 0",
+                found,
+            });
+        }
+    }
+    Ok(())
+}
+
+pub(crate) fn check_signals(
     side: &'static str,
     expected: &[Signal],
     found: &[Signal],

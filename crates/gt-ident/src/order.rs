@@ -1,15 +1,12 @@
-//! The choice of the order (section 2 of the identification specification).
+//! The choice of the order: criteria of several orders on one window.
 
 use std::ops::RangeInclusive;
 
 use gt_core::Dataset;
-use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use crate::arx::{check_channels, check_solution};
-use crate::least_squares::{LeastSquares, triangular_factor};
-use crate::regressor::{Deviations, check_varies};
-use crate::{ArxStructure, Channel, IdentError, Regressor, generic_indices};
+use crate::factor::{RowFit, Spread, WindowFactor};
+use crate::{ArxStructure, IdentError, generic_indices};
 
 /// How an order becomes a structure.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -126,8 +123,10 @@ impl OrderTable {
 /// The criteria of all `orders` on one window, `t = L..N` with `L` the longest lag of the highest
 /// order; the means of the whole record are removed.
 ///
-/// The record is factorised once, with every lag of the highest order as a column; each order is
-/// then a least-squares problem on columns of the small triangular factor.
+/// The record is factorised once, in blocks of rows, with every lag of the highest order as a
+/// column. Orders whose regressors contain those of the order before then share a second, small
+/// factorisation, of which each takes a leading block. Conditions of more than 64 regressors are
+/// estimates from below, to a few per cent.
 ///
 /// # Errors
 /// [`IdentError::OrderRange`], and for the highest order what [`crate::Arx::fit`] refuses; linearly
@@ -143,20 +142,31 @@ pub fn order_table(
     }
     let (nu, ny) = (data.nu(), data.ny());
     kind.structure(first, ny)?.validate(nu, ny)?;
-    let highest = kind.structure(last, ny)?;
-    highest.check_rows(nu, ny, 0, data.len())?;
-    let largest = (0..ny)
-        .map(|output| highest.regressors(output, nu, ny))
+    kind.structure(last, ny)?
+        .check_rows(nu, ny, 0, data.len())?;
+    let structures = orders
+        .clone()
+        .map(|order| kind.structure(order, ny))
         .collect::<Result<Vec<_>, _>>()?;
-    data.check_finite()?;
-    check_channels(data, &largest)?;
-
-    let factor = Factor::new(data, &highest)?;
-    let mut rows = Vec::with_capacity(last - first + 1);
+    let factor = WindowFactor::new(data, &structures)?;
+    let mut fits = Vec::with_capacity(ny);
+    for output in 0..ny {
+        let steps = structures
+            .iter()
+            .map(|structure| structure.regressors(output, nu, ny))
+            .collect::<Result<Vec<_>, _>>()?;
+        fits.push(factor.fit_steps(output, &steps));
+    }
     let mut refused = None;
-    for order in orders {
-        let structure = kind.structure(order, ny)?;
-        rows.push(factor.row(data, order, &structure, &mut refused)?);
+    let mut rows = Vec::with_capacity(structures.len());
+    for (step, (order, structure)) in orders.zip(&structures).enumerate() {
+        let model: Vec<&RowFit> = fits.iter().filter_map(|rows| rows.get(step)).collect();
+        if let Some(error) = model.iter().find_map(|row| row.refused.as_ref()) {
+            refused.get_or_insert_with(|| error.clone());
+        }
+        let parameters = structure.parameters(nu, ny);
+        let spread = factor.spread(&model);
+        rows.push(OrderRow::new(order, parameters, factor.rows, spread));
     }
     let usable = |row: &&OrderRow| row.condition <= crate::CONDITION_LIMIT;
     let best = |criterion: fn(&OrderRow) -> f64| {
@@ -172,7 +182,7 @@ pub fn order_table(
         refused,
     ) {
         (Some(best_aic), Some(best_mdl), Some(best_fpe), _) => {
-            let window_rows = factor.window_rows;
+            let window_rows = factor.rows;
             Ok(OrderTable {
                 window_rows,
                 rows,
@@ -187,108 +197,38 @@ pub fn order_table(
     }
 }
 
-/// The triangular factor of all lagged channels of the window and a column of ones.
-struct Factor {
-    r: DMatrix<f64>,
-    nu: usize,
-    ny: usize,
-    window_rows: usize,
-}
-
-impl Factor {
-    fn new(data: &Dataset, highest: &ArxStructure) -> Result<Self, IdentError> {
-        let (nu, ny) = (data.nu(), data.ny());
-        let longest = highest.max_lag(nu);
-        let record = Deviations::new(data, &data.mean())?;
-        let window = longest..data.len();
-        for (index, signal) in data.outputs().iter().enumerate() {
-            check_varies(signal, data.y().row(index).iter().skip(longest).copied())?;
-        }
-        let mut columns = Vec::with_capacity((longest + 1) * (nu + ny));
-        for lag in 0..=longest {
-            let outputs = (0..ny).map(Channel::Output);
-            let channels = outputs.chain((0..nu).map(Channel::Input));
-            columns.extend(channels.map(|channel| Regressor { channel, lag }));
-        }
-        let mut stacked = record.design(&columns, &window);
-        let ones = stacked.ncols();
-        stacked = stacked.insert_column(ones, 1.0);
-        Ok(Self {
-            r: triangular_factor(&stacked),
-            nu,
-            ny,
-            window_rows: window.len(),
-        })
-    }
-
-    fn column(&self, regressor: Regressor) -> usize {
-        let channel = match regressor.channel {
-            Channel::Output(index) => index,
-            Channel::Input(index) => self.ny + index,
-        };
-        regressor.lag * (self.nu + self.ny) + channel
-    }
-
-    /// The criteria of one order; a refused solution is kept in `refused`.
-    fn row(
-        &self,
-        data: &Dataset,
-        order: usize,
-        structure: &ArxStructure,
-        refused: &mut Option<IdentError>,
-    ) -> Result<OrderRow, IdentError> {
-        let (t, m) = (self.window_rows as f64, self.ny as f64);
-        let ones = self.r.column(self.r.ncols() - 1);
-        let mut residuals = DMatrix::zeros(self.r.nrows(), self.ny);
-        let mut condition = 1.0_f64;
-        let mut relative_variance = 0.0;
-        for output in 0..self.ny {
-            let mut regressors = structure.regressors(output, self.nu, self.ny)?;
-            let chosen: Vec<usize> = regressors.iter().map(|&each| self.column(each)).collect();
-            let mut design = self.r.select_columns(&chosen);
-            let target = self.r.select_columns(&[output]);
-            let mut solution = LeastSquares::new(&design, &target);
-            condition = condition.max(solution.condition);
-            while let Err(error) = check_solution(data, output, &regressors, &solution) {
-                if !matches!(error, IdentError::RankDeficient { .. }) {
-                    return Err(error);
-                }
-                refused.get_or_insert(error);
-                // What a dependent column explains, the others explain as well.
-                regressors.remove(solution.weakest);
-                design = design.remove_column(solution.weakest);
-                solution = LeastSquares::new(&design, &target);
-            }
-            let residual = &target - &design * &solution.coefficients;
-            // Inner products in rotated coordinates are those over the window: with the ones, sums.
-            let variance = |column: &DMatrix<f64>| {
-                column.norm_squared() / t - (column.column(0).dot(&ones) / t).powi(2)
-            };
-            relative_variance += variance(&residual) / variance(&target);
-            residuals.set_column(output, &residual.column(0));
-        }
-        let residual_variance = residuals
-            .column_iter()
-            .map(|e| e.norm_squared() / t)
-            .collect();
-        let triangle = triangular_factor(&residuals);
-        let diagonal = triangle.diagonal();
-        let ln_det = diagonal
-            .iter()
-            .map(|value| 2.0 * value.abs().ln() - t.ln())
-            .sum::<f64>();
-        let parameters = structure.parameters(self.nu, self.ny);
-        let d = parameters as f64;
-        Ok(OrderRow {
+impl OrderRow {
+    fn new(order: usize, parameters: usize, window_rows: usize, spread: Spread) -> Self {
+        let criteria = Criteria::new(&spread, parameters, window_rows);
+        Self {
             order,
             parameters,
-            residual_variance,
-            ln_det,
-            aic: t * ln_det + 2.0 * d,
-            mdl: t * ln_det + d * t.ln(),
-            fpe: (ln_det + m * ((t + d / m) / (t - d / m)).ln()).exp(),
-            ppcre_percent: 100.0 * (relative_variance / m).max(0.0).sqrt(),
-            condition,
-        })
+            residual_variance: spread.residual_variance,
+            ln_det: spread.ln_det,
+            aic: criteria.aic,
+            mdl: criteria.mdl,
+            fpe: criteria.fpe,
+            ppcre_percent: 100.0 * spread.relative_variance.max(0.0).sqrt(),
+            condition: spread.condition,
+        }
+    }
+}
+
+/// The criteria of one model, as [`OrderRow`] defines them.
+pub(crate) struct Criteria {
+    pub aic: f64,
+    pub mdl: f64,
+    pub fpe: f64,
+}
+
+impl Criteria {
+    pub fn new(spread: &Spread, parameters: usize, window_rows: usize) -> Self {
+        let (t, d) = (window_rows as f64, parameters as f64);
+        let m = spread.residual_variance.len() as f64;
+        Self {
+            aic: t * spread.ln_det + 2.0 * d,
+            mdl: t * spread.ln_det + d * t.ln(),
+            fpe: (spread.ln_det + m * ((t + d / m) / (t - d / m)).ln()).exp(),
+        }
     }
 }

@@ -35,15 +35,6 @@ impl Deviations {
         let column = &matrix.as_slice()[index * samples..(index + 1) * samples];
         &column[rows.start - regressor.lag..rows.end - regressor.lag]
     }
-
-    /// The regressor matrix (`rows x regressors`).
-    pub fn design(&self, regressors: &[Regressor], rows: &Range<usize>) -> DMatrix<f64> {
-        let mut design = DMatrix::zeros(rows.len(), regressors.len());
-        for (mut column, &regressor) in design.column_iter_mut().zip(regressors) {
-            column.copy_from_slice(self.lagged(regressor, rows));
-        }
-        design
-    }
 }
 
 /// Refuses a channel of the record that does not vary: a range within rounding of its size.
@@ -54,6 +45,11 @@ pub(crate) fn check_varies(
     let (low, high) = samples.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
         (low.min(x), high.max(x))
     });
+    check_range(signal, low, high)
+}
+
+/// Refuses a channel whose range is within rounding of its size.
+pub(crate) fn check_range(signal: &Signal, low: f64, high: f64) -> Result<(), IdentError> {
     if high - low > 4.0 * f64::EPSILON * high.abs().max(low.abs()) {
         return Ok(());
     }

@@ -2,6 +2,7 @@
 //! ARX model whose inputs are not exact, and the noise.
 
 use gt_core::{Dataset, DimensionError, Signal};
+use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 use super::{EivEstimate, EivRow, EivVariance, IDENTIFIABLE_DEVIATION};
@@ -53,7 +54,13 @@ impl EivEstimate {
     pub fn model(&self, data: &Dataset) -> Result<EivModel, IdentError> {
         let noise = |channels: &[EivVariance]| channels.iter().map(ChannelNoise::from).collect();
         let (outputs, inputs) = (noise(&self.output_noise), noise(&self.input_noise));
-        EivModel::from_rows(data, &self.rows, outputs, inputs)
+        EivModel::from_rows(
+            data,
+            &self.rows,
+            Some(&self.row_deviations),
+            outputs,
+            inputs,
+        )
     }
 }
 
@@ -77,7 +84,7 @@ impl SharedFrischEstimate {
     pub fn model(&self, data: &Dataset) -> Result<EivModel, IdentError> {
         let mut outputs: Vec<ChannelNoise> = self.channels.iter().map(ChannelNoise::from).collect();
         let inputs = outputs.split_off(self.rows.len().min(outputs.len()));
-        EivModel::from_rows(data, &self.rows, outputs, inputs)
+        EivModel::from_rows(data, &self.rows, None, outputs, inputs)
     }
 }
 
@@ -151,7 +158,8 @@ impl EivModel {
 
     /// The model of a record's channels from the relation of each output (ny) and the noise.
     ///
-    /// All rows get the lags of the longest; what a shorter one has not is zero. The relation's
+    /// All rows get the lags of the longest; what a shorter one has not is zero. `deviations` are
+    /// the standard deviations of each row's coefficients, where there are any. The relation's
     /// residual variances are those of its equation errors on the record, noise and all.
     ///
     /// # Errors
@@ -159,6 +167,7 @@ impl EivModel {
     pub fn from_rows(
         data: &Dataset,
         rows: &[EivRow],
+        deviations: Option<&[DVector<f64>]>,
         output_noise: Vec<ChannelNoise>,
         input_noise: Vec<ChannelNoise>,
     ) -> Result<Self, IdentError> {
@@ -174,9 +183,21 @@ impl EivModel {
         let nb = nk.iter().map(|nk| na + 1 - nk).collect();
         // The equation-error model of the same lags has the same channels, rows and condition.
         let fitted = Arx::new(ArxStructure::Diagonal { na, nb, nk }).fit(data)?;
-        let relation = fitted.with_coefficients(data, |output, regressor| {
-            coefficient(&rows[output], regressor)
-        })?;
+        let deviations = deviations
+            .map(|lists| {
+                let pairs = rows.iter().zip(lists);
+                pairs
+                    .map(|(row, list)| EivRow::new(row.lags().clone(), list.clone()))
+                    .collect::<Result<Vec<_>, _>>()
+            })
+            .transpose()?;
+        let relation = fitted.with_coefficients(
+            data,
+            |output, regressor| coefficient(&rows[output], regressor),
+            deviations.map(|lists| {
+                move |output: usize, regressor| coefficient(&lists[output], regressor).abs()
+            }),
+        )?;
         Self::new(relation, output_noise, input_noise)
     }
 

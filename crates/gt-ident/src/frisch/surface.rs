@@ -4,9 +4,9 @@ use gt_core::DimensionError;
 use nalgebra::{DMatrix, DVector};
 
 use super::covariance::{LaggedCovariance, channel_name, symmetric_eigen, upper_root};
-use crate::IdentError;
 use crate::eiv::{EivLags, EivRow};
 use crate::least_squares::{CONDITION_LIMIT, LeastSquares, triangular_factor};
+use crate::{Dependence, IdentError};
 
 /// The admissible noise variances of a relation of order `n`: those for which
 /// `Sigma_n - diag(sigma_y^2 I_{n+1}, sigma_1^2 I, ..)` is positive semidefinite and singular.
@@ -84,13 +84,17 @@ impl AdmissibleSurface {
         let samples = covariance.columns(&columns);
         let solution = LeastSquares::new(&samples, &DMatrix::zeros(samples.nrows(), 0));
         if !solution.full_rank() {
-            let (channel, lag) = columns[solution.weakest];
+            let (channel, lag) = columns[solution.weakest()];
             return Err(IdentError::RankDeficient {
                 output: covariance.names()[0].clone(),
                 channel: covariance.names()[channel].clone(),
                 lag,
                 condition: solution.condition,
                 limit: CONDITION_LIMIT,
+                dependence: Dependence::Combination {
+                    of: vec!["the other lagged channels".to_owned()],
+                    more: 0,
+                },
             });
         }
         let root = triangular_factor(&samples);

@@ -54,7 +54,7 @@ fn exact_record(rows: &[EivRow]) -> Dataset {
 fn the_relation_is_an_arx_model_of_the_same_outputs() {
     let rows = relations();
     let data = exact_record(&rows);
-    let model = EivModel::from_rows(&data, &rows, vec![QUIET; 2], vec![QUIET; 2]).unwrap();
+    let model = EivModel::from_rows(&data, &rows, None, vec![QUIET; 2], vec![QUIET; 2]).unwrap();
     let fits = validate(model.relation(), &data).unwrap();
     for fit in &fits.outputs {
         // The means of the record are removed, and the relation holds for the whole signals: what
@@ -82,7 +82,7 @@ fn what_does_not_fit_is_refused() {
     let rows = relations();
     let data = exact_record(&rows);
     let model = |rows: &[EivRow], outputs: usize, noise: ChannelNoise| {
-        EivModel::from_rows(&data, rows, vec![noise; outputs], vec![QUIET; 2])
+        EivModel::from_rows(&data, rows, None, vec![noise; outputs], vec![QUIET; 2])
     };
     let text = |result: Result<EivModel, IdentError>| result.unwrap_err().to_string();
     assert_eq!(

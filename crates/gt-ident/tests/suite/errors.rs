@@ -235,6 +235,7 @@ fn assert_dependent(error: &IdentError, expected: (&str, &str, usize)) {
         lag,
         condition,
         limit,
+        ..
     } = error
     else {
         panic!("{error}");
