@@ -14,7 +14,7 @@ use gtfdi::ident::eiv::{EivModel, EivOrderTable};
 use gtfdi::ident::{Arx, ArxModel, OrderTable, validate};
 use serde::Serialize;
 
-use self::report::{Report, noise_reports, output_reports, text};
+use self::report::{Report, noise_reports, output_reports, standard_errors, text};
 use self::structure::{Chosen, choose};
 use super::SCHEMA_VERSION;
 use crate::Outcome;
@@ -220,7 +220,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         train_rows: absolute(train_rows),
         validation_rows: absolute(validation_rows),
         outputs: output_reports(model, &scores),
-        standard_errors: None,
+        standard_errors: standard_errors(model),
         noise_variances: identified.model.eiv().map(|model| {
             let noise = model.noise();
             noise

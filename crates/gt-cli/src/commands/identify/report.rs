@@ -69,6 +69,13 @@ pub struct NoiseReport<'a> {
     at_limit: bool,
 }
 
+/// The standard errors of the coefficients, by output.
+pub fn standard_errors(model: &ArxModel) -> Option<BTreeMap<&str, Vec<f64>>> {
+    let names = model.outputs().iter().map(|signal| signal.name.as_str());
+    let errors = model.standard_errors()?;
+    Some(names.zip(errors.iter().cloned()).collect())
+}
+
 /// The noise of the channels of a model.
 pub fn noise_reports(model: &EivModel) -> Vec<NoiseReport<'_>> {
     let channels = model.noise().map(|(signal, noise)| NoiseReport {
