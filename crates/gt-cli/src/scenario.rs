@@ -91,10 +91,16 @@ pub fn refused(error: &PlantError, args: &SimulateArgs) -> Failure {
         return Failure::input(format!("{option}: {rest}"));
     }
     let files = [&args.scenario, &args.compressor_map, &args.turbine_map];
-    match files.into_iter().flatten().next() {
-        Some(path) => Failure::in_file(path, text),
-        None => Failure::input(text),
+    // Several files make one plant: which of them is to blame only the reader can say.
+    let names: Vec<String> = files
+        .into_iter()
+        .flatten()
+        .map(|path| path.display().to_string())
+        .collect();
+    if names.is_empty() {
+        return Failure::input(text);
     }
+    Failure::input(format!("{}: {text}", names.join(", ")))
 }
 
 fn faults(path: &Path) -> Result<Vec<Fault>, Failure> {

@@ -190,19 +190,29 @@ fn gathered_inputs<S: Simd>(simd: S, members: &[Member]) -> Inputs<Pack<S>> {
     let last = members.len() - 1;
     let mut inputs = members[last].1.inputs().like(Pack::splat(simd, 0.0));
     for (lane, (_, recorder, _)) in members.iter().enumerate() {
-        let own = recorder.inputs();
-        inputs.valve_deg.set(lane, own.valve_deg);
+        // Taken apart by name, so that a new field cannot be forgotten and shared by all lanes.
+        let Inputs {
+            valve_deg,
+            speed_reference_rad_s,
+            fuel_offset_kg_s,
+            ambient_pa,
+            ambient_k,
+            heating_value_j_kg,
+            heat_release_fraction,
+            torque_n_m,
+        } = *recorder.inputs();
+        inputs.valve_deg.set(lane, valve_deg);
         inputs
             .speed_reference_rad_s
-            .set(lane, own.speed_reference_rad_s);
-        inputs.fuel_offset_kg_s.set(lane, own.fuel_offset_kg_s);
-        inputs.ambient_pa.set(lane, own.ambient_pa);
-        inputs.ambient_k.set(lane, own.ambient_k);
-        inputs.heating_value_j_kg.set(lane, own.heating_value_j_kg);
+            .set(lane, speed_reference_rad_s);
+        inputs.fuel_offset_kg_s.set(lane, fuel_offset_kg_s);
+        inputs.ambient_pa.set(lane, ambient_pa);
+        inputs.ambient_k.set(lane, ambient_k);
+        inputs.heating_value_j_kg.set(lane, heating_value_j_kg);
         inputs
             .heat_release_fraction
-            .set(lane, own.heat_release_fraction);
-        inputs.torque_n_m.set(lane, own.torque_n_m);
+            .set(lane, heat_release_fraction);
+        inputs.torque_n_m.set(lane, torque_n_m);
     }
     inputs
 }
@@ -212,16 +222,20 @@ fn gathered_inputs<S: Simd>(simd: S, members: &[Member]) -> Inputs<Pack<S>> {
 fn gathered_sizes<S: Simd>(simd: S, members: &[Member]) -> FaultSizes<Pack<S>> {
     let mut sizes = FaultSizes::HEALTHY.like(Pack::splat(simd, 0.0));
     for (lane, (_, recorder, _)) in members.iter().enumerate() {
-        let own = recorder.held_sizes();
-        sizes
-            .compressor_flow_loss
-            .set(lane, own.compressor_flow_loss);
+        let FaultSizes {
+            compressor_flow_loss,
+            turbine_efficiency_loss,
+            fuel,
+            valve,
+            guide_vanes,
+        } = recorder.held_sizes();
+        sizes.compressor_flow_loss.set(lane, *compressor_flow_loss);
         sizes
             .turbine_efficiency_loss
-            .set(lane, own.turbine_efficiency_loss);
-        set_actuator(&mut sizes.fuel, lane, &own.fuel);
-        set_actuator(&mut sizes.valve, lane, &own.valve);
-        set_actuator(&mut sizes.guide_vanes, lane, &own.guide_vanes);
+            .set(lane, *turbine_efficiency_loss);
+        set_actuator(&mut sizes.fuel, lane, fuel);
+        set_actuator(&mut sizes.valve, lane, valve);
+        set_actuator(&mut sizes.guide_vanes, lane, guide_vanes);
     }
     sizes
 }
@@ -245,9 +259,16 @@ fn grown<S: Simd>(held: &FaultSizes<Pack<S>>, members: &[Member], t_s: f64) -> F
 
 #[inline(always)]
 fn set_actuator<S: Simd>(of: &mut ActuatorFault<Pack<S>>, lane: usize, own: &ActuatorFault) {
-    of.gain_error.set(lane, own.gain_error);
-    of.offset.set(lane, own.offset);
-    of.stuck.set(lane, own.stuck);
-    of.stuck_at.set(lane, own.stuck_at);
-    of.lag_s.set(lane, own.lag_s);
+    let ActuatorFault {
+        gain_error,
+        offset,
+        stuck,
+        stuck_at,
+        lag_s,
+    } = *own;
+    of.gain_error.set(lane, gain_error);
+    of.offset.set(lane, offset);
+    of.stuck.set(lane, stuck);
+    of.stuck_at.set(lane, stuck_at);
+    of.lag_s.set(lane, lag_s);
 }

@@ -18,7 +18,9 @@
 //! - **`e_c`.** The isentropic efficiency between the printed stations 2 and 3 is 0.839 with real heat
 //!   capacities, 0.857 with a constant ratio of 1.4, not the printed 0.877. Since t2 is not physical
 //!   (above), the efficiency is reported from ambient: the isentropic enthalpy rise from
-//!   `(p_a, T_a)` to p3 over the specific work `P_c / m3`, which is 0.878.
+//!   `(p_a, T_a)` to p3 over the specific work `P_c / m3`, which is 0.878. That work is the one
+//!   between t2 and t3, because the printed power is: with the work from ambient too it would be
+//!   0.910. So the definition was chosen for the number, and the agreement checks nothing.
 //! - **`e_t`.** The printed 0.794 does not give the printed power; 0.806 does, with t7 at -0.7 %.
 //! - **t5 = t6** to all digits: the bleed m6 mixes in upstream of station 5.
 

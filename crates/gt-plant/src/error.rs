@@ -95,6 +95,16 @@ pub enum PlantError {
         /// Its size, or its rate per hour.
         size: f64,
     },
+    /// One of several faults makes no sense.
+    #[error("fault {number} ({name}), {cause}")]
+    Fault {
+        /// Which fault of the list, from 1.
+        number: usize,
+        /// What fails.
+        name: String,
+        /// Why.
+        cause: Box<PlantError>,
+    },
     /// Two faults hold one sensor or one actuator.
     #[error("faults: expected at most one that holds {held}, found {first} and {second}")]
     FaultConflict {
@@ -259,7 +269,7 @@ pub enum PlantError {
         exit: MapExit,
     },
     /// The map of one component was given to the other.
-    #[error("map of the {component}: expected one of that kind, found one of kind {found:?}")]
+    #[error("map of the {component}: expected one of that kind, found one of kind {}", found.name())]
     MapOfOther {
         /// Whose map it should be.
         component: &'static str,

@@ -30,8 +30,9 @@ use crate::variant::Variant;
 /// Which compressor map: the paper prints none.
 ///
 /// `Paper` has flat exponents, defensible only near choke, that were chosen because the plant then
-/// shows the signature of the paper's Tables 2 and 9; `Axial` has exponents usual for an axial
-/// machine and does not show all of it. A claim that holds with both rests on no such choice.
+/// shows the signature of the paper's Table 9, with its features and graded at one half; no reading
+/// of raw effects shows that of Table 2. `Axial` has exponents usual for an axial machine and does
+/// not show all of Table 9. A claim that holds with both rests on no such choice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MapSet {

@@ -185,9 +185,15 @@ impl Scenario {
             .validate(&parameters.design, self.duration_s)?;
         self.disturbance.validate()?;
         self.noise.validate()?;
-        for fault in &self.faults {
-            fault.validate()?;
-            fault.validate_by(self.duration_s)?;
+        for (index, fault) in self.faults.iter().enumerate() {
+            let checked = fault
+                .validate()
+                .and_then(|()| fault.validate_by(self.duration_s));
+            checked.map_err(|cause| PlantError::Fault {
+                number: index + 1,
+                name: fault.target.name(),
+                cause: Box::new(cause),
+            })?;
         }
         Fault::validate_together(&self.faults)?;
         self.validate_places()

@@ -9,7 +9,9 @@ use crate::report::text::digits;
 pub(super) const TABLE3_NOTE: &str = "\
 Calibrated: met by construction, because parameters were solved for it; no validation. Reconciled: \
 mass flows, changed as little as closes the balances. Check: not used by the calibration, an \
-independent check as far as the table agrees with itself.";
+independent check as far as the table agrees with itself; P_t, q_t and e_t rest on an assumed loss \
+of the shaft of 10 kW, 0.2 % of them. Defined: e_c, whose definition was chosen for the number, no \
+check.";
 
 /// How far Table 9 carries.
 pub(super) const TABLE9_NOTE: &str = "\

@@ -17,7 +17,8 @@ it.";
 fn origin(variable: &str) -> Origin {
     match variable {
         "m3" | "m4" | "m5" | "m6" | "m8" | "m9" | "m10" => Origin::Reconciled,
-        "t7" | "q_c" | "q_t" | "P_c" | "P_t" | "e_c" | "e_t" => Origin::Check,
+        "t7" | "q_c" | "q_t" | "P_c" | "P_t" | "e_t" => Origin::Check,
+        "e_c" => Origin::Defined,
         _ => Origin::Calibrated,
     }
 }

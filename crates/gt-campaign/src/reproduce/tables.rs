@@ -91,6 +91,8 @@ pub enum Origin {
     Reconciled,
     /// Not used by the calibration: an independent check.
     Check,
+    /// Computed under a definition that was chosen for the number: no check.
+    Defined,
 }
 
 impl fmt::Display for Origin {
@@ -99,6 +101,7 @@ impl fmt::Display for Origin {
             Self::Calibrated => "calibrated",
             Self::Reconciled => "reconciled",
             Self::Check => "check",
+            Self::Defined => "defined",
         })
     }
 }

@@ -25,7 +25,8 @@ pub struct SimulateArgs {
     #[arg(long, env = "GTFDI_SCENARIO", value_name = "FILE.toml")]
     pub scenario: Option<PathBuf>,
     /// The machine: prototype (valve and fuel, speed held by the governor) or cogeneration (on the
-    /// mains, fuel sets the load, guide vanes hold the exhaust temperature) [default: prototype]
+    /// mains, fuel sets the load, guide vanes hold the exhaust temperature) [default: prototype]. Another
+    /// variant than that of --scenario takes its own standard profile in the place of the file's
     #[arg(long, env = "GTFDI_VARIANT")]
     pub variant: Option<String>,
     /// Component maps: paper (flat, shows the paper's signature) or axial (usual slopes)

@@ -94,6 +94,34 @@ impl Target {
         }
     }
 
+    /// A size of this target and its range, in words.
+    pub(super) fn size_words(&self) -> (&'static str, &'static str) {
+        match self {
+            Self::Case(case) if case.unit() == "%" => {
+                ("size of a fault [%]", "between -100 and 100")
+            }
+            Self::Case(_) => ("size of a fault [s]", "below 1e6"),
+            Self::Sensor { mode, .. } | Self::Actuator { mode, .. } => match mode {
+                Mode::Lag => ("size of a fault [s]", "below 1e6"),
+                Mode::Gain => ("size of a fault [%]", "between -1e6 and 1e6"),
+                _ => ("size of a fault", "between -1e12 and 1e12"),
+            },
+        }
+    }
+
+    /// A ramp's limit and its range, in words.
+    pub(super) fn limit_words(&self) -> (&'static str, &'static str) {
+        match self {
+            Self::Case(case) if case.unit() == "%" => ("limit of a fault [%]", "below 100"),
+            Self::Case(_) => ("limit of a fault [s]", "below 1e6"),
+            Self::Sensor { mode, .. } | Self::Actuator { mode, .. } => match mode {
+                Mode::Lag => ("limit of a fault [s]", "below 1e6"),
+                Mode::Gain => ("limit of a fault [%]", "below 1e6"),
+                _ => ("limit of a fault", "below 1e12"),
+            },
+        }
+    }
+
     /// What a magnitude of this target must stay below.
     pub(super) fn bound(&self) -> f64 {
         let mode = match self {

@@ -57,10 +57,11 @@ impl Fault {
         if let Shape::Ramp(Ramp { limit, .. }) = self.shape {
             let limit = limit.unwrap_or(0.0);
             check(limit >= 0.0, "limit of a fault", not_negative, limit)?;
-            check(limit < bound, "limit of a fault [%]", "below 100", limit)
+            let (what, expected) = self.target.limit_words();
+            check(limit < bound, what, expected, limit)
         } else {
-            let (what, holds) = ("size of a fault [%]", amplitude.abs() < bound);
-            check(holds, what, "between -100 and 100", amplitude)
+            let (what, expected) = self.target.size_words();
+            check(amplitude.abs() < bound, what, expected, amplitude)
         }
     }
 
@@ -231,6 +232,18 @@ mod tests {
             (
                 sensor(Mode::Bias, step(f64::INFINITY)),
                 "size of a fault: expected a finite number, found inf",
+            ),
+            (
+                sensor(Mode::Bias, step(1e12)),
+                "size of a fault: expected between -1e12 and 1e12, found 1000000000000",
+            ),
+            (
+                sensor(Mode::Lag, step(1e6)),
+                "size of a fault [s]: expected below 1e6, found 1000000",
+            ),
+            (
+                sensor(Mode::Gain, step(-1e6)),
+                "size of a fault [%]: expected between -1e6 and 1e6, found -1000000",
             ),
             (
                 sensor(Mode::Noise, step(-1.0)),

@@ -116,6 +116,50 @@ impl SpeedLine {
         Ok(())
     }
 
+    /// Whether a compressor's line, number `line` from 1 and checked by itself, has more flow than
+    /// a slower one at every pressure ratio that both have; else no flow tells the speed.
+    pub(super) fn check_faster_than(&self, slower: &Self, line: usize) -> Result<(), PlantError> {
+        let reason = "flow at one pressure ratio rises with speed";
+        let refuse = |(line, index): (usize, usize), of: &Self, expected| {
+            Err(PlantError::MapPoint {
+                line,
+                speed: of.speed,
+                list: "flow",
+                index,
+                expected,
+                found: of.flow[index],
+            })
+        };
+        for (index, &ratio) in self.pressure_ratio.iter().enumerate() {
+            match slower.flow_at(ratio) {
+                Some(limit) if self.flow[index] <= limit => {
+                    return refuse((line, index), self, MapRule::Above { limit, reason });
+                }
+                _ => {}
+            }
+        }
+        for (index, &ratio) in slower.pressure_ratio.iter().enumerate() {
+            match self.flow_at(ratio) {
+                Some(limit) if slower.flow[index] >= limit => {
+                    return refuse((line - 1, index), slower, MapRule::Below { limit, reason });
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// The flow at a pressure ratio on the straight lines between the points; none beyond the ends.
+    fn flow_at(&self, ratio: f64) -> Option<f64> {
+        let after = self.pressure_ratio.iter().position(|&own| own >= ratio)?;
+        if after == 0 {
+            return (self.pressure_ratio[0] <= ratio).then(|| self.flow[0]);
+        }
+        let [low, high] = [after - 1, after].map(|index| self.pressure_ratio[index]);
+        let share = (ratio - low) / (high - low);
+        Some(self.flow[after - 1] + share * (self.flow[after] - self.flow[after - 1]))
+    }
+
     fn check_speed(&self, line: usize, before: Option<f64>) -> Result<(), PlantError> {
         let found = self.speed;
         let expected = outside(SPEED, found).or(match before {

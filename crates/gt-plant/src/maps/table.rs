@@ -23,6 +23,16 @@ pub enum MapKind {
     Turbine,
 }
 
+impl MapKind {
+    /// The name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Compressor => "compressor",
+            Self::Turbine => "turbine",
+        }
+    }
+}
+
 /// What to do at an operating point outside a map. The table only carries this wish; its values
 /// are continued either way, and whoever reads them asks [`SpeedLineTable::position`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -85,6 +95,11 @@ impl SpeedLineTable {
         for (index, line) in lines.iter().enumerate() {
             line.check(index + 1, before, kind)?;
             before = Some(line.speed);
+        }
+        if kind == MapKind::Compressor {
+            for (index, pair) in lines.windows(2).enumerate() {
+                pair[1].check_faster_than(&pair[0], index + 2)?;
+            }
         }
         let grid = Grid::new(&lines);
         Ok(Self {

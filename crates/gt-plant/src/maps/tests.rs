@@ -63,29 +63,31 @@ fn maps(kind: MapKind) -> impl Strategy<Value = SpeedLineTable> {
     let lines = proptest::collection::vec((0.02..0.3f64, 1.1..4.0f64, 1.0..9.0f64, points), 2..6);
     lines.prop_map(move |lines| {
         let mut speed = 0.5;
-        let line = lines.into_iter().map(|(step, lowest, flow, points)| {
-            speed += step;
-            let mut line = SpeedLine {
-                speed,
-                pressure_ratio: vec![],
-                flow: vec![],
-                efficiency: vec![],
-            };
-            // Up to 7 steps below 1 each stay above zero.
-            let (mut ratio, mut flow) = (lowest, flow + 7.0);
-            for (step, rise, efficiency) in points {
-                line.pressure_ratio.push(ratio);
-                line.flow.push(flow);
-                line.efficiency.push(efficiency);
-                ratio += step;
-                flow += match kind {
-                    MapKind::Compressor => -rise,
-                    // A third of the steps is choked.
-                    MapKind::Turbine => (rise - 0.33).max(0.0),
+        let line = (0..)
+            .zip(lines)
+            .map(|(index, (step, lowest, flow, points))| {
+                speed += step;
+                let mut line = SpeedLine {
+                    speed,
+                    pressure_ratio: vec![],
+                    flow: vec![],
+                    efficiency: vec![],
                 };
-            }
-            line
-        });
+                // Up to 7 steps below 1 each stay above zero, and above the line before.
+                let (mut ratio, mut flow) = (lowest, flow + 7.0 + 20.0 * f64::from(index));
+                for (step, rise, efficiency) in points {
+                    line.pressure_ratio.push(ratio);
+                    line.flow.push(flow);
+                    line.efficiency.push(efficiency);
+                    ratio += step;
+                    flow += match kind {
+                        MapKind::Compressor => -rise,
+                        // A third of the steps is choked.
+                        MapKind::Turbine => (rise - 0.33).max(0.0),
+                    };
+                }
+                line
+            });
         SpeedLineTable::new(kind, Extrapolation::Flag, line.collect()).unwrap()
     })
 }

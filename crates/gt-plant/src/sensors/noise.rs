@@ -12,6 +12,9 @@ use super::{NoiseLevel, NoiseScale};
 use crate::PlantError;
 use crate::channel::Channel;
 
+/// Largest deviation, share and resolution: far beyond any channel, far below what overflows.
+const LARGEST: f64 = 1e12;
+
 /// Noise and resolution of the sensors: a level, and channels that differ from it. Every channel
 /// draws from a stream of its own, so that a change of one changes no other.
 ///
@@ -95,7 +98,7 @@ impl Noise {
     ///
     /// # Errors
     /// [`PlantError::Noise`] and [`PlantError::NoiseTwice`] with the channel: deviation, share and
-    /// resolution are finite and not negative, the pole lies between -1 and 1, and deviation and
+    /// resolution lie between 0 and 1e12, the pole lies between -1 and 1, and deviation and
     /// share exclude each other.
     pub fn validate(&self) -> Result<(), PlantError> {
         for (&channel, noise) in &self.channels {
@@ -110,13 +113,13 @@ impl Noise {
                     found,
                 })
             };
-            let not_negative = "a finite number of at least 0";
+            let small = "a number from 0 to 1e12";
             for (option, found) in [
                 ("deviation", noise.deviation.unwrap_or(0.0)),
                 ("share", noise.share.unwrap_or(0.0)),
                 ("resolution", noise.resolution),
             ] {
-                check(option, found, found >= 0.0, not_negative)?;
+                check(option, found, (0.0..=LARGEST).contains(&found), small)?;
             }
             let inside = noise.pole.abs() < 1.0;
             check("pole", noise.pole, inside, "a number between -1 and 1")?;

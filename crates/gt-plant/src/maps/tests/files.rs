@@ -54,6 +54,27 @@ fn refused(file: &str, cases: &[(&str, &str, &str)]) {
 }
 
 #[test]
+fn compressor_lines_do_not_cross() {
+    refused(
+        FILE,
+        &[
+            (
+                "flow = [17.6, 17.2, 16.2, 15]",
+                "flow = [15.6, 15.2, 14.2, 13]",
+                "map line 2 (speed 1), flow[0]: expected above 15.6 (flow at one pressure ratio \
+                 rises with speed), found 15.6",
+            ),
+            // Between two points of the faster line.
+            (
+                "pressure_ratio = [8.1, 8.6, 9.2]\nflow = [16.9, 16.5, 15.6]",
+                "pressure_ratio = [8.6, 9.5, 9.6]\nflow = [17.65, 17.5, 15.6]",
+                "map line 1 (speed 0.95), flow[1]: expected below 17.",
+            ),
+        ],
+    );
+}
+
+#[test]
 fn a_line_out_of_order_has_its_error() {
     refused(
         FILE,
