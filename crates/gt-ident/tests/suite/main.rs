@@ -16,3 +16,5 @@ mod fit;
 mod order;
 mod realisation;
 mod reference;
+mod solvers;
+mod spread;
