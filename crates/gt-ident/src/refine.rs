@@ -10,8 +10,9 @@ use crate::least_squares::{LeastSquares, condition};
 use crate::record::{Records, Taps, Window, taps};
 
 /// Beyond this condition all is left to the QR factorisation: coefficients would still agree with
-/// it to 1e-9 up to 3e8, but conditions and standard errors only to some ten per cent.
-const REFINED_CONDITION: f64 = 1e8;
+/// it to 1e-9, but conditions and standard errors, which come from the Gram matrix, no longer to a
+/// few per cent.
+const REFINED_CONDITION: f64 = 6e7;
 /// From here on the Gram matrix has lost so many digits that the weakest direction is measured.
 const PROBED_CONDITION: f64 = 1e5;
 /// What the last correction may leave of the coefficients' error, relative to them: its size times
@@ -131,8 +132,7 @@ pub(crate) fn solve(
                 scales: space.scales.as_slice().to_vec(),
             });
         }
-        // Written so that NaN ends it too.
-        if !(worst < 0.5 * previous) {
+        if worst.is_nan() || worst >= 0.5 * previous {
             return None;
         }
         previous = worst;

@@ -73,7 +73,7 @@ fn slow_record(seed: u64, samples: usize, pole: f64, deviation: f64) -> Dataset 
 proptest! {
     #![proptest_config(cases(40))]
 
-    /// Refinement against the blocked QR over conditions from 1 to 1e8. Two solutions of backward
+    /// Refinement against the blocked QR over conditions from 1 to 6e7. Two solutions of backward
     /// stable methods differ by condition times rounding; 1e-9 leaves room for its square times the
     /// relative residual, which neither of them can help.
     #[test]
@@ -89,8 +89,8 @@ proptest! {
         };
         prop_assert_eq!(&reference.solved_by, &vec![SolvedBy::Qr]);
         let condition = reference.model.condition()[0];
-        // Above the limit of 1e8 it is the QR, below 1e4 never; between, rounding decides.
-        if condition > 1.5e8 {
+        // Above the limit of 6e7 it is the QR, below 1e4 never; between, rounding decides.
+        if condition > 1e8 {
             prop_assert_eq!(&quick.solved_by, &vec![SolvedBy::Qr]);
         } else if condition < 1e4 {
             prop_assert_eq!(&quick.solved_by, &vec![SolvedBy::Refinement]);
@@ -99,19 +99,23 @@ proptest! {
         let error = (&found - &expected).norm() / expected.norm();
         let limit = 1e-9_f64.max(1e-16 * condition);
         prop_assert!(error < limit, "condition {condition:e}: {error:e}");
-        // The Gram matrix loses the square of the condition; a measured direction makes up for
-        // most of it.
-        let limit = 1e-6 + 3e-17 * condition * condition;
+        // The Gram matrix loses rounding times the square of the condition. The measured direction
+        // makes up for most of that in the condition, for less in the standard errors.
+        let limit = 1e-6 + 6e-17 * condition * condition;
         let ratio = quick.model.condition()[0] / condition;
         prop_assert!((ratio - 1.0).abs() < limit, "condition {condition:e}: ratio {ratio}");
         let errors = |fit: &ArxFit| fit.model.standard_errors().unwrap()[0].clone();
+        let limit = 1e-6 + 3e-16 * condition * condition;
         for (found, expected) in errors(&quick).iter().zip(errors(&reference)) {
             let ratio = found / expected;
             prop_assert!((ratio - 1.0).abs() < limit, "condition {condition:e}: error {ratio}");
         }
         let rss = quick.model.rows()[0].residual_variance
             / reference.model.rows()[0].residual_variance;
-        prop_assert!((rss - 1.0).abs() < 1e-9, "condition {condition:e}: RSS {rss}");
+        // Both sums carry the rounding of outputs that are much larger than what is left of them.
+        let shrunk = (data.y().row(0).variance() / quick.model.rows()[0].residual_variance).sqrt();
+        let limit = 1e-9 + 1e-14 * shrunk;
+        prop_assert!((rss - 1.0).abs() < limit, "condition {condition:e}: RSS {rss}, {shrunk:e}");
     }
 
     /// Cut into records of random lengths, of which each loses its first samples, the estimate is
