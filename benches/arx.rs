@@ -1,141 +1,287 @@
-//! ARX fit of 100 000 samples, order 8, 2 inputs, against QR and the normal equations of the same
-//! regressors in nalgebra, with the accuracy of each beside its speed.
+//! ARX fits and an order search against a full QR factorisation of the same regressors in the same
+//! process, with accuracy and peak memory beside the speed.
 //!
 //! `cargo bench -p gtfdi --bench arx`
+//!
+//! The record is that of two slow inputs (double poles at 0.99) into outputs with double poles at
+//! 0.9 and less; with little noise neighbouring lags are nearly alike, which sets the condition.
 
 mod timing;
 
+use std::alloc::{GlobalAlloc, Layout, System};
 use std::error::Error;
 use std::hint::black_box;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-use gtfdi::core::Dataset;
-use gtfdi::ident::{Arx, ArxModel, ArxStructure, Channel};
-use gtfdi::plant::{NoiseLevel, Scenario, simulate};
-use nalgebra::{DMatrix, DVector};
+use gtfdi::core::{Dataset, Signal, la};
+use gtfdi::ident::{Arx, ArxModel, ArxStructure, Channel, OrderKind, Solver, order_table};
+use nalgebra::DMatrix;
 
-/// Samples of the record.
-const SAMPLES: usize = 100_000;
-/// Lags of the output, and lags of each input.
+/// Lags of every output and input.
 const ORDER: usize = 8;
-/// Largest relative difference of our coefficients from those of nalgebra's QR: two backward stable
-/// solutions differ by the condition times some units of rounding.
-const AGREEMENT_PER_CONDITION: f64 = 1e-13;
+/// Orders of the search.
+const ORDERS: usize = 12;
+/// Double pole of the inputs.
+const INPUT_POLE: f64 = 0.99;
+/// Largest relative difference of coefficients from those of the full QR.
+const AGREEMENT: f64 = 1e-9;
+
+/// The system's allocator with the bytes in use and their peak.
+struct Counting;
+
+static IN_USE: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+#[allow(
+    unsafe_code,
+    reason = "an allocator has no safe interface; it forwards every call"
+)]
+// SAFETY: every call goes to the system's allocator unchanged; only counters are kept beside it.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let now = IN_USE.fetch_add(layout.size(), Ordering::Relaxed) + layout.size();
+        PEAK.fetch_max(now, Ordering::Relaxed);
+        // SAFETY: the caller's promises are those that the system asks for.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        IN_USE.fetch_sub(layout.size(), Ordering::Relaxed);
+        // SAFETY: the pointer came from `alloc` above, that is from the system.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Peak of the memory that `work` allocates, in MB.
+fn peak_mb(work: impl FnOnce()) -> f64 {
+    let before = IN_USE.load(Ordering::Relaxed);
+    PEAK.store(before, Ordering::Relaxed);
+    work();
+    (PEAK.load(Ordering::Relaxed) - before) as f64 / 1e6
+}
 
 fn main() -> Result<(), Box<dyn Error>> {
-    for noise in [NoiseLevel::None, NoiseLevel::Table8] {
-        let scenario = Scenario {
-            duration_s: SAMPLES as f64 * gtfdi::plant::SAMPLE_TIME_S,
-            noise: noise.into(),
-            ..Scenario::default()
-        };
-        let data = simulate(&scenario)?
-            .measured
-            .select(&["a_v", "M_f"], &["t3"])?;
-        compare(&noise.to_string(), &data)?;
+    for (samples, rounds) in [(100_000, 9), (1_000_000, 3)] {
+        for (outputs, deviation) in [(1, 1e-3), (1, 2e-7), (4, 1e-3)] {
+            fits(&record(samples, outputs, deviation)?, rounds)?;
+        }
     }
+    search(&record(100_000, 1, 1e-3)?)?;
+    search(&record(100_000, 4, 1e-3)?)?;
     println!(
-        "/ [i]: speed over that of row i, median of rounds. All rows remove the means and build \
-         the {} regressors; row 2 also computes the condition. Error: |theta - theta[0]| / \
-         |theta[0]|. RSS: residual sum of squares over that of [0].",
-        3 * ORDER
+        "/ [i]: speed over that of row i, median of rounds. All rows remove the means. Error: \
+         |theta - theta[0]| / |theta[0]|, the worst output."
     );
     Ok(())
 }
 
-fn compare(noise: &str, data: &Dataset) -> Result<(), Box<dyn Error>> {
-    let (nb, nk) = (vec![ORDER], vec![1]);
-    let arx = Arx::new(ArxStructure::Diagonal { na: ORDER, nb, nk });
-    let model = arx.fit(data)?;
-    let condition = model.condition()[0];
-    let ours = by_channel(&model);
-    let reference = householder(data).ok_or("nalgebra's QR: singular")?;
-    let error = |theta: &DVector<f64>| (theta - &reference).norm() / reference.norm();
-    println!(
-        "ARX, noise {noise}: N = {SAMPLES}, {} regressors, condition {condition:.1e}",
-        reference.len()
-    );
-    let limit = AGREEMENT_PER_CONDITION * condition;
-    if error(&ours).is_nan() || error(&ours) > limit {
-        return Err(format!("coefficients differ by {:e}, limit {limit:e}", error(&ours)).into());
-    }
+/// Standard normal numbers from a linear congruential generator (sums of twelve uniform ones).
+struct Normal(u64);
 
-    let times = timing::race(vec![
-        (
-            "nalgebra QR",
-            Box::new(|| {
-                black_box(householder(black_box(data)));
-            }),
-        ),
-        (
-            "nalgebra normal equations",
-            Box::new(|| {
-                black_box(normal_equations(black_box(data)));
-            }),
-        ),
-        (
-            "gtfdi Arx::fit",
-            Box::new(|| {
-                let _ = black_box(arx.fit(black_box(data)));
-            }),
-        ),
-    ]);
-    let (design, target) = regression(data);
-    let rss = |theta: &DVector<f64>| (&target - &design * theta).norm_squared();
-    let notes = [Some(reference.clone()), normal_equations(data), Some(ours)].map(|theta| {
-        theta.map_or("not positive definite".to_owned(), |theta| {
-            format!(
-                "{:>8.1e}  {:.9}",
-                error(&theta),
-                rss(&theta) / rss(&reference)
-            )
-        })
-    });
+impl Normal {
+    fn next(&mut self) -> f64 {
+        let mut uniform = || {
+            self.0 = self
+                .0
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+}
+
+fn record(samples: usize, outputs: usize, deviation: f64) -> Result<Dataset, Box<dyn Error>> {
+    let mut normal = Normal(1);
+    let (mut u, mut y) = (DMatrix::zeros(2, samples), DMatrix::zeros(outputs, samples));
+    for t in 2..samples {
+        for i in 0..2 {
+            u[(i, t)] = 2.0 * INPUT_POLE * u[(i, t - 1)] - INPUT_POLE * INPUT_POLE * u[(i, t - 2)]
+                + (1.0 - INPUT_POLE).powi(2) * normal.next();
+        }
+        for j in 0..outputs {
+            let pole = 0.9 - 0.02 * j as f64;
+            y[(j, t)] = 2.0 * pole * y[(j, t - 1)] - pole * pole * y[(j, t - 2)]
+                + 0.1 * (u[(0, t - 1)] + 0.5 * u[(1, t - 2)])
+                + deviation * normal.next();
+        }
+    }
+    let names = |prefix: &str, count: usize| -> Vec<Signal> {
+        (1..=count)
+            .map(|index| Signal::new(format!("{prefix}{index}"), ""))
+            .collect()
+    };
+    Ok(Dataset::new(
+        names("u", 2),
+        names("y", outputs),
+        u,
+        y,
+        0.08,
+    )?)
+}
+
+/// The triangular factor of `[regressors | targets]`, formed whole and factorised by faer.
+fn full_factor(data: &Dataset, order: usize, first: usize) -> DMatrix<f64> {
+    let (nu, ny) = (data.nu(), data.ny());
+    let (mean, p) = (data.mean(), order * (nu + ny));
+    let mut stacked = DMatrix::zeros(data.len() - first, p + ny);
+    for (index, mut column) in stacked.column_iter_mut().enumerate() {
+        let (channel, lag) = if index < p {
+            (index / order, index % order + 1)
+        } else {
+            (index - p, 0)
+        };
+        for (row, value) in column.iter_mut().enumerate() {
+            let t = first + row - lag;
+            *value = match channel.checked_sub(ny) {
+                None => data.y()[(channel, t)] - mean.y[channel],
+                Some(input) => data.u()[(input, t)] - mean.u[input],
+            };
+        }
+    }
+    la::to_nalgebra(la::as_faer(&stacked).qr().thin_R())
+}
+
+fn solve(factor: &DMatrix<f64>, outputs: usize) -> Option<DMatrix<f64>> {
+    let p = factor.ncols() - outputs;
+    let square = factor.view((0, 0), (p, p)).into_owned();
+    square.solve_upper_triangular(&factor.view((0, p), (p, outputs)).into_owned())
+}
+
+/// The coefficients of a fitted model in the order of [`full_factor`].
+fn by_channel(model: &ArxModel) -> DMatrix<f64> {
+    let (nu, ny) = (model.inputs().len(), model.outputs().len());
+    let mut theta = DMatrix::zeros(ORDER * (nu + ny), ny);
+    for (output, row) in model.rows().iter().enumerate() {
+        for term in &row.terms {
+            let channel = match term.channel {
+                Channel::Output(index) => index,
+                Channel::Input(index) => ny + index,
+            };
+            theta[(channel * ORDER + term.lag - 1, output)] = term.coefficient;
+        }
+    }
+    theta
+}
+
+fn fits(data: &Dataset, rounds: usize) -> Result<(), Box<dyn Error>> {
+    let ny = data.ny();
+    let structure = ArxStructure::Full {
+        na: ORDER,
+        nb: vec![ORDER],
+        nk: vec![1],
+    };
+    let arx = Arx::new(structure);
+    let blocked = arx.clone().solver(Solver::Qr);
+    let reference = solve(&full_factor(data, ORDER, ORDER), ny).ok_or("full QR: singular")?;
+    let (fit, qr) = (arx.fit_in_full(&[data])?, blocked.fit_in_full(&[data])?);
+    println!(
+        "ARX: N = {}, {ny} outputs, {} regressors, condition {:.1e}, solved by {:?}",
+        data.len(),
+        reference.nrows(),
+        qr.model.condition()[0],
+        fit.solved_by[0]
+    );
+    let error = |model: &ArxModel| {
+        let theta = by_channel(model);
+        let columns = theta.column_iter().zip(reference.column_iter());
+        columns
+            .map(|(found, expected)| (found - expected).norm() / expected.norm())
+            .fold(0.0, f64::max)
+    };
+    let errors = [0.0, error(&qr.model), error(&fit.model)];
+    if let Some(worst) = errors
+        .iter()
+        .find(|error| error.is_nan() || **error >= AGREEMENT)
+    {
+        return Err(format!("coefficients differ by {worst:e}, limit {AGREEMENT:e}").into());
+    }
+    let peaks = [
+        peak_mb(|| drop(black_box(full_factor(data, ORDER, ORDER)))),
+        peak_mb(|| drop(black_box(blocked.fit(data)))),
+        peak_mb(|| drop(black_box(arx.fit(data)))),
+    ];
+    let times = timing::race_rounds(
+        vec![
+            (
+                "full QR by faer",
+                Box::new(|| {
+                    black_box(solve(&full_factor(black_box(data), ORDER, ORDER), ny));
+                }),
+            ),
+            (
+                "gtfdi Arx::fit, QR in blocks",
+                Box::new(|| {
+                    let _ = black_box(blocked.fit(black_box(data)));
+                }),
+            ),
+            (
+                "gtfdi Arx::fit",
+                Box::new(|| {
+                    let _ = black_box(arx.fit(black_box(data)));
+                }),
+            ),
+        ],
+        rounds,
+    );
+    let notes: Vec<String> = errors
+        .iter()
+        .zip(peaks)
+        .map(|(error, peak)| format!("{error:>8.1e} {peak:>8.1}"))
+        .collect();
     let milliseconds = |seconds: f64| 1e3 * seconds;
-    times.print("ms", milliseconds, &[0, 1], ("   error  RSS", &notes));
+    times.print("ms", milliseconds, &[0], ("   error  peak MB", &notes));
     println!();
     Ok(())
 }
 
-/// Regressors and target in deviations from the means: lags 1 to 8 of the output, then of each
-/// input.
-fn regression(data: &Dataset) -> (DMatrix<f64>, DVector<f64>) {
-    let mean = data.mean();
-    let rows = data.len() - ORDER;
-    let (u, y) = (data.u(), data.y());
-    let design = DMatrix::from_fn(rows, 3 * ORDER, |row, column| {
-        let t = row + ORDER - (column % ORDER + 1);
-        match column / ORDER {
-            0 => y[(0, t)] - mean.y[0],
-            channel => u[(channel - 1, t)] - mean.u[channel - 1],
-        }
-    });
-    let target = DVector::from_fn(rows, |row, _| y[(0, row + ORDER)] - mean.y[0]);
-    (design, target)
+/// The residual variances of all orders on one window, each by a full QR.
+fn repeated(data: &Dataset) -> Vec<f64> {
+    let ny = data.ny();
+    let rows = (data.len() - ORDERS) as f64;
+    (1..=ORDERS)
+        .map(|order| {
+            let factor = full_factor(data, order, ORDERS);
+            let p = factor.ncols() - ny;
+            factor.view((p, p), (ny, 1)).norm_squared() / rows
+        })
+        .collect()
 }
 
-fn householder(data: &Dataset) -> Option<DVector<f64>> {
-    let (design, mut target) = regression(data);
-    let columns = design.ncols();
-    let qr = design.qr();
-    qr.q_tr_mul(&mut target);
-    qr.r().solve_upper_triangular(&target.rows(0, columns))
-}
-
-fn normal_equations(data: &Dataset) -> Option<DVector<f64>> {
-    let (design, target) = regression(data);
-    let gram = design.tr_mul(&design);
-    Some(gram.cholesky()?.solve(&design.tr_mul(&target)))
-}
-
-/// The coefficients of a fitted model in the order of [`regression`].
-fn by_channel(model: &ArxModel) -> DVector<f64> {
-    let mut theta = DVector::zeros(3 * ORDER);
-    for term in &model.rows()[0].terms {
-        let block = match term.channel {
-            Channel::Output(_) => 0,
-            Channel::Input(input) => input + 1,
-        };
-        theta[block * ORDER + term.lag - 1] = term.coefficient;
+fn search(data: &Dataset) -> Result<(), Box<dyn Error>> {
+    let kind = OrderKind::Full { nk: vec![1] };
+    let table = order_table(data, 1..=ORDERS, &kind)?;
+    let expected = repeated(data);
+    let rows = table.rows.iter().zip(&expected);
+    let worst = rows
+        .map(|(row, expected)| (row.residual_variance[0] / expected - 1.0).abs())
+        .fold(0.0, f64::max);
+    println!(
+        "orders 1..{ORDERS}: N = {}, {} outputs; residual variances differ by {worst:.1e}",
+        data.len(),
+        data.ny()
+    );
+    if worst.is_nan() || worst >= AGREEMENT {
+        return Err(format!("residual variances differ by {worst:e}").into());
     }
-    theta
+    let times = timing::race(vec![
+        (
+            "a full QR by faer for each order",
+            Box::new(|| {
+                black_box(repeated(black_box(data)));
+            }),
+        ),
+        (
+            "gtfdi order_table",
+            Box::new(|| {
+                let _ = black_box(order_table(black_box(data), 1..=ORDERS, &kind));
+            }),
+        ),
+    ]);
+    times.print("ms", |seconds| 1e3 * seconds, &[0], ("", &[]));
+    println!();
+    Ok(())
 }

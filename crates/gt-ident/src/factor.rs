@@ -148,13 +148,12 @@ impl<'a> WindowFactor<'a> {
         let mut chains: Vec<Chain> = Vec::new();
         for (step, set) in steps.iter().enumerate() {
             let holds = |chain: &&mut Chain| chain.order.iter().all(|each| set.contains(each));
-            match chains.iter_mut().find(holds) {
-                Some(chain) => chain.extend(step, set),
-                None => {
-                    let mut chain = Chain::default();
-                    chain.extend(step, set);
-                    chains.push(chain);
-                }
+            if let Some(chain) = chains.iter_mut().find(holds) {
+                chain.extend(step, set);
+            } else {
+                let mut chain = Chain::default();
+                chain.extend(step, set);
+                chains.push(chain);
             }
         }
         let mut fits: Vec<Option<RowFit>> = steps.iter().map(|_| None).collect();
@@ -309,7 +308,7 @@ impl Extremes {
             block.solve_upper_triangular_mut(&mut low);
         }
         let finite = |vector: &DVector<f64>| vector.iter().all(|value| value.is_finite());
-        if !finite(&low) || !finite(&high) || !(least > 0.0) {
+        if !finite(&low) || !finite(&high) || least <= 0.0 {
             return f64::INFINITY;
         }
         (self.largest, self.smallest) = (high.as_slice().to_vec(), low.as_slice().to_vec());

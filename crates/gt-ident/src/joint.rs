@@ -37,7 +37,7 @@ pub(crate) fn solve(
     records: &Records,
     window: &Window,
     rows: &[Vec<Regressor>],
-) -> Result<Joint, Unidentified> {
+) -> Result<Joint, Box<Unidentified>> {
     let present = |each: &Regressor| each.lag == 0 && matches!(each.channel, Channel::Output(_));
     let mut columns: Vec<Regressor> = Vec::new();
     for each in rows.iter().flatten().filter(|each| !present(each)) {
@@ -80,7 +80,7 @@ pub(crate) fn solve(
             .copy_from(&system.target.rows(0, instruments));
         let solution = LeastSquares::new(&design, &target);
         if !solution.full_rank() {
-            return Err(Unidentified { output, solution });
+            return Err(Box::new(Unidentified { output, solution }));
         }
         conditions.push(solution.condition);
         coefficients.push(solution.coefficients.column(0).into_owned());
@@ -146,13 +146,12 @@ fn errors(systems: &[System], coefficients: &[DVector<f64>]) -> DMatrix<f64> {
     DMatrix::from_columns(&columns)
 }
 
+/// Coefficients and their covariances, one a row.
+type Weighted = (Vec<DVector<f64>>, Vec<DMatrix<f64>>);
+
 /// All rows at once, whitened by the covariance of their errors: the coefficients and their
 /// covariances; nothing where the covariance or the stack has no full rank.
-fn weighted(
-    systems: &[System],
-    instruments: usize,
-    covariance: &DMatrix<f64>,
-) -> Option<(Vec<DVector<f64>>, Vec<DMatrix<f64>>)> {
+fn weighted(systems: &[System], instruments: usize, covariance: &DMatrix<f64>) -> Option<Weighted> {
     let m = systems.len();
     let mut whitener = DMatrix::identity(m, m);
     if !Cholesky::new(covariance.clone())?

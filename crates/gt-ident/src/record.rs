@@ -6,8 +6,10 @@ use gt_core::{DataError, Dataset, OperatingPoint, Signal};
 
 use crate::{Channel, IdentError, Missing, Regressor};
 
-/// Rows of a block unless the lags ask for more: three channels of it fit into a first-level cache.
+/// Most rows of a block unless the lags ask for more.
 const BLOCK_ROWS: usize = 1024;
+/// Numbers of a block, which fit into a first-level cache.
+const BLOCK_NUMBERS: usize = 4096;
 /// Sums side by side.
 const LANES: usize = 8;
 
@@ -87,8 +89,10 @@ impl<'a> Records<'a> {
             while sample < stretch.samples.end {
                 let count = BLOCK_ROWS.min(stretch.samples.end - sample);
                 self.fill(stretch, channel, sample, &mut buffer[..count]);
-                for chunk in buffer[..count].chunks(LANES) {
-                    for (lane, &value) in chunk.iter().enumerate() {
+                let (chunks, rest) = buffer[..count].as_chunks::<LANES>();
+                for chunk in chunks {
+                    for lane in 0..LANES {
+                        let value = chunk[lane];
                         sums[lane] += value;
                         lows[lane] = if value < lows[lane] {
                             value
@@ -101,6 +105,11 @@ impl<'a> Records<'a> {
                             highs[lane]
                         };
                     }
+                }
+                for &value in rest {
+                    sums[0] += value;
+                    lows[0] = lows[0].min(value);
+                    highs[0] = highs[0].max(value);
                 }
                 sample += count;
             }
@@ -185,31 +194,37 @@ impl<'a> Records<'a> {
         self.scale[self.position(channel)]
     }
 
-    fn source<'b>(&self, stretch: &Stretch<'b>, channel: usize, sample: usize) -> (&'b [f64], usize)
-    where
-        'a: 'b,
-    {
+    /// Scaled deviations of one channel from `sample` on.
+    fn fill(&self, stretch: &Stretch, channel: usize, sample: usize, out: &mut [f64]) {
         let (matrix, index) = if channel < self.ny {
             (stretch.data.y(), channel)
         } else {
             (stretch.data.u(), channel - self.ny)
         };
         let step = matrix.nrows();
-        (&matrix.as_slice()[sample * step + index..], step)
-    }
-
-    /// Scaled deviations of one channel from `sample` on.
-    fn fill(&self, stretch: &Stretch, channel: usize, sample: usize, out: &mut [f64]) {
-        let (values, step) = self.source(stretch, channel, sample);
+        let values = &matrix.as_slice()[sample * step..(sample + out.len()) * step];
         let (centre, scale) = (self.centre[channel], self.scale[channel]);
-        for (out, &value) in out.iter_mut().zip(values.iter().step_by(step)) {
-            *out = (value - centre) * scale;
+        // A step that the compiler knows is several times faster than one that it does not.
+        match step {
+            1 => copy::<1>(values, index, (centre, scale), out),
+            2 => copy::<2>(values, index, (centre, scale), out),
+            3 => copy::<3>(values, index, (centre, scale), out),
+            4 => copy::<4>(values, index, (centre, scale), out),
+            _ => {
+                for (out, values) in out.iter_mut().zip(values.chunks_exact(step)) {
+                    *out = (values[index] - centre) * scale;
+                }
+            }
         }
     }
 
     /// Calls `work` with every block of rows of `window`, in order.
     pub fn for_each_block(&self, window: &Window, mut work: impl FnMut(&Block)) {
-        let most = BLOCK_ROWS.max(2 * window.longest).max(window.block_rows);
+        let read = window.uses.iter().filter(|&&each| each).count();
+        let most = (BLOCK_NUMBERS / read.max(1))
+            .clamp(BLOCK_ROWS / 4, BLOCK_ROWS)
+            .max(2 * window.longest)
+            .max(window.block_rows);
         let mut block = Block {
             channels: vec![Vec::new(); self.channels()],
             rows: 0,
@@ -254,6 +269,18 @@ impl<'a> Records<'a> {
             });
             work(&edges[0], &edges[1]);
         }
+    }
+}
+
+/// Scaled deviations of channel `index` among `STEP`.
+fn copy<const STEP: usize>(
+    values: &[f64],
+    index: usize,
+    (centre, scale): (f64, f64),
+    out: &mut [f64],
+) {
+    for (out, values) in out.iter_mut().zip(values.as_chunks::<STEP>().0) {
+        *out = (values[index] - centre) * scale;
     }
 }
 

@@ -9,14 +9,21 @@ use crate::kernel::{combine, correlate};
 use crate::least_squares::{LeastSquares, condition};
 use crate::record::{Records, Taps, Window, taps};
 
-/// Beyond this condition the coefficients are left to the QR factorisation: their error against it
-/// would grow from 1e-10 to above 1e-8.
-pub(crate) const REFINED_CONDITION: f64 = 3e8;
+/// Beyond this condition all is left to the QR factorisation: coefficients would still agree with
+/// it to 1e-9, but conditions and standard errors, which come from the Gram matrix, no longer to a
+/// few per cent.
+const REFINED_CONDITION: f64 = 6e7;
 /// From here on the Gram matrix has lost so many digits that the weakest direction is measured.
-const PROBED_CONDITION: f64 = 1e6;
-/// The relative size of the last correction of the coefficients; what is left after it is smaller
-/// again.
-const LAST_CORRECTION: f64 = 1e-11;
+const PROBED_CONDITION: f64 = 1e5;
+/// What the last correction may leave of the coefficients' error, relative to them: its size times
+/// the rate at which corrections have shrunk. Channels by themselves may keep ten times that: one
+/// that explains little has coefficients that are small beside the others' and matter as much.
+const LEFT_OVER: f64 = 3e-12;
+/// Corrections that no longer shrink are the rounding of the normal residuals, which the QR
+/// factorisation has as well; above this size it is the safer of the two.
+const FLOOR: f64 = 3e-11;
+/// Corrections up to this size may be the last.
+const LAST_CORRECTION: f64 = 1e-6;
 /// Passes over the record.
 const PASSES: usize = 12;
 
@@ -55,7 +62,6 @@ pub(crate) fn solve(
     };
     let sums = DMatrix::from_fn(p, k, |i, j| product(regressors[i], targets[j]));
     let start = space.down(&sums)?;
-    let reference: Vec<f64> = start.column_iter().map(|column| column.norm()).collect();
     let mut x = space.up(&start)?;
 
     let runs = taps(records, regressors);
@@ -65,22 +71,27 @@ pub(crate) fn solve(
         .collect();
     let pass = |x: &DMatrix<f64>, probe: bool| Pass::new(records, window, &runs, &chosen, x, probe);
     let mut memory = Memory::default();
-    let mut smallest_square = f64::INFINITY;
+    let mut measured = None;
 
     let mut now = if first_condition > PROBED_CONDITION {
         let direction = space.weakest()?;
         let mut with_probe = x.clone().insert_column(k, 0.0);
         with_probe.set_column(k, &space.unscaled(&direction));
         let mut both = pass(&with_probe, true);
-        smallest_square = both.squares.pop()?;
+        both.squares.pop();
         let image = -space.down(&both.sums.columns(k, 1).into_owned())?;
-        memory.learn(&space.root * direction, image.column(0).into_owned());
+        let image = image.column(0).into_owned();
+        let direction = &space.root * direction;
+        memory.learn(direction.clone(), image.clone());
+        measured = Some((direction, image));
         both.sums = both.sums.columns(0, k).into_owned();
         both
     } else {
         pass(&x, false)
     };
     let mut s = space.down(&now.sums)?;
+    // Before a second correction shows the rate, that of rounding in the Gram matrix.
+    let mut rate = (p as f64) * f64::EPSILON * first_condition * first_condition;
     let mut previous = f64::INFINITY;
     for _ in 0..PASSES {
         let mut step = DMatrix::zeros(p, k);
@@ -89,30 +100,39 @@ pub(crate) fn solve(
         }
         let change = space.up(&step)?;
         x += &change;
-        let relative = (0..k).map(|j| space.size(&change, j) / space.size(&x, j));
-        // A target that nothing explains has coefficients that are rounding alone.
-        let noise = (0..k).map(|j| s.column(j).norm() / reference[j].max(f64::MIN_POSITIVE));
-        let worst = relative
-            .zip(noise)
-            .map(|(change, noise)| if noise < 1e-15 { 0.0 } else { change })
-            .fold(0.0, f64::max);
-        if worst <= LAST_CORRECTION {
-            let factor = memory.corrected(&space.root)?;
-            let measured = condition(&factor);
-            // The measured direction bounds the smallest singular value from above.
-            let bound = largest_singular_value(&factor) / smallest_square.sqrt();
-            let condition = measured.max(bound);
+        let worst =
+            (0..k)
+                .map(|j| space.relative(&change, &x, j, &runs))
+                .fold(0.0, |most: f64, value| {
+                    // A maximum that keeps NaN.
+                    if value <= most { most } else { value }
+                });
+        if previous.is_finite() {
+            rate = worst / previous;
+        }
+        // What the correction takes off the sum of squares; where it is most of it, the sum that
+        // is left has to be measured.
+        let gains: Vec<f64> = (0..k).map(|j| s.column(j).dot(&step.column(j))).collect();
+        let squares = gains.iter().zip(&now.squares);
+        let known = squares.clone().all(|(gain, square)| *gain < 0.1 * square);
+        let settled = worst <= LAST_CORRECTION && worst * rate <= LEFT_OVER && known;
+        let floor = worst <= FLOOR && (rate > 0.5 || worst <= LEFT_OVER);
+        if settled || floor {
+            let factor = corrected(&space.root, measured)?;
+            let condition = condition(&factor);
+            let squares = squares
+                .map(|(gain, square)| if known { square - gain } else { *square })
+                .collect();
             return (condition <= REFINED_CONDITION).then(|| LeastSquares {
                 coefficients: x,
-                squares: now.squares,
+                squares,
                 rotated: DMatrix::zeros(0, 0),
                 condition,
                 factor,
                 scales: space.scales.as_slice().to_vec(),
             });
         }
-        // Written so that NaN ends it too.
-        if !(worst < 0.5 * previous) {
+        if worst.is_nan() || worst >= 0.5 * previous {
             return None;
         }
         previous = worst;
@@ -125,14 +145,6 @@ pub(crate) fn solve(
         s = after;
     }
     None
-}
-
-fn largest_singular_value(factor: &DMatrix<f64>) -> f64 {
-    (factor.transpose() * factor)
-        .symmetric_eigenvalues()
-        .max()
-        .max(0.0)
-        .sqrt()
 }
 
 /// The change between coefficients and the coordinates in which the Gram matrix is the identity.
@@ -164,9 +176,26 @@ impl Space {
         direction.component_div(&self.scales)
     }
 
-    /// The norm of column `j` in units in which the regressors have norm 1.
-    fn size(&self, x: &DMatrix<f64>, j: usize) -> f64 {
-        x.column(j).component_mul(&self.scales).norm()
+    /// The size of a change of column `j` beside the whole, in units in which the regressors have
+    /// norm 1, and a tenth of that within the worst channel.
+    fn relative(&self, change: &DMatrix<f64>, x: &DMatrix<f64>, j: usize, runs: &[Taps]) -> f64 {
+        let (mut all, mut worst) = ((0.0, 0.0), 0.0_f64);
+        for run in runs {
+            let square = |matrix: &DMatrix<f64>| -> f64 {
+                let values = run.at.iter().map(|&at| matrix[(at, j)] * self.scales[at]);
+                values.map(|value| value * value).sum()
+            };
+            let own = (square(change), square(x));
+            all = (all.0 + own.0, all.1 + own.1);
+            if own.0 > 0.0 {
+                worst = worst.max(own.0 / own.1);
+            }
+        }
+        if all.0 > 0.0 {
+            (all.0 / all.1).sqrt().max(0.1 * worst.sqrt())
+        } else {
+            all.0
+        }
     }
 
     /// The right singular vector of the smallest singular value, by inverse iteration: three
@@ -223,38 +252,25 @@ impl Memory {
         }
         step + rest
     }
+}
 
-    /// The Cholesky factor of `R' M R`, `M` the identity where it is not known.
-    fn corrected(&self, root: &DMatrix<f64>) -> Option<DMatrix<f64>> {
-        let p = root.ncols();
-        let (mut basis, mut shown): (Vec<DVector<f64>>, Vec<DVector<f64>>) = (vec![], vec![]);
-        for (direction, image) in self.directions.iter().zip(&self.images) {
-            let (mut q, mut w) = (direction.clone(), image.clone());
-            let size = q.norm();
-            for _ in 0..2 {
-                for (known, seen) in basis.iter().zip(&shown) {
-                    let part = known.dot(&q);
-                    q.axpy(-part, known, 1.0);
-                    w.axpy(-part, seen, 1.0);
-                }
-            }
-            let norm = q.norm();
-            if norm > 1e-6 * size {
-                basis.push(q / norm);
-                shown.push(w / norm);
-            }
-        }
-        let mut m = DMatrix::identity(p, p);
-        if !basis.is_empty() {
-            let (q, w) = (DMatrix::from_columns(&basis), DMatrix::from_columns(&shown));
-            let inner = q.tr_mul(&w);
-            let inner = (&inner + inner.transpose()) * 0.5;
-            let mixed = &w * q.transpose();
-            m += &mixed + mixed.transpose() - &q * inner * q.transpose() - &q * q.transpose();
-        }
-        let correction = Cholesky::new(m)?.l().transpose();
-        Some(correction * root)
-    }
+/// The Cholesky factor of `R' M R` with `M d = image` for the measured direction and the identity
+/// beside it. Only that direction counts here: the images of steps hold the rounding of two normal
+/// residuals, which a step corrects later and a condition would keep.
+fn corrected(
+    root: &DMatrix<f64>,
+    measured: Option<(DVector<f64>, DVector<f64>)>,
+) -> Option<DMatrix<f64>> {
+    let Some((direction, image)) = measured else {
+        return Some(root.clone());
+    };
+    let norm = direction.norm();
+    let (q, w) = (direction / norm, image / norm);
+    let mixed = &w * q.transpose();
+    let kept = 1.0 + q.dot(&w);
+    let mut m = &mixed + mixed.transpose() - &q * q.transpose() * kept;
+    m += DMatrix::identity(root.nrows(), root.nrows());
+    Some(Cholesky::new(m)?.l().transpose() * root)
 }
 
 /// One pass over the record: the normal residuals and the residual sums of squares.

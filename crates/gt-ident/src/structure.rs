@@ -40,7 +40,7 @@ pub enum ArxStructure {
     ///
     /// Where `v_j > v_i` for some `j < i`, the row of output `i` holds `y_j` at lag 0. Least
     /// squares on such a row is consistent only where the equation errors of the outputs are not
-    /// correlated. Equal indices have no such term, nor have ascending ones; [`generic_indices`]
+    /// correlated; [`crate::EquationErrors::Correlated`] estimates all rows together. Equal indices have no such term, nor have ascending ones; [`generic_indices`]
     /// have it unless the outputs share the order evenly.
     Canonical {
         /// `v_i`, one per output; the order is their sum (eq. 8).

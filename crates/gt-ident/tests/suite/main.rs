@@ -18,3 +18,5 @@ mod frisch;
 mod order;
 mod realisation;
 mod reference;
+mod solvers;
+mod spread;
