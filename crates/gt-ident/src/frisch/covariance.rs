@@ -265,7 +265,10 @@ pub(crate) fn symmetric_eigen(matrix: DMatrix<f64>) -> Option<(DVector<f64>, DMa
     if !matrix.iter().all(|value| value.is_finite()) {
         return None;
     }
-    let rounds = ROUNDS_PER_ROW * matrix.nrows().max(1);
+    if matrix.is_empty() {
+        return Some((DVector::zeros(0), matrix));
+    }
+    let rounds = ROUNDS_PER_ROW * matrix.nrows();
     let eigen = nalgebra::SymmetricEigen::try_new(matrix, f64::EPSILON, rounds)?;
     let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));

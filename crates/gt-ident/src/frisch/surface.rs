@@ -242,6 +242,7 @@ impl AdmissibleSurface {
             .collect();
         Ok(RayEigen {
             point: self.point(variances, &vector),
+            scale: 1.0 / (largest * top),
             relative: values / top,
             vectors,
         })
@@ -279,6 +280,8 @@ impl AdmissibleSurface {
 /// The intersection of a ray in whitened coordinates.
 pub(crate) struct RayEigen {
     pub point: Result<SurfacePoint, IdentError>,
+    /// The point over the direction.
+    pub scale: f64,
     /// Eigenvalues over the largest, ascending: `Sigma - diag(P) = R' V (I - diag) V' R`.
     pub relative: DVector<f64>,
     pub vectors: DMatrix<f64>,
