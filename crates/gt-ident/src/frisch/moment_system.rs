@@ -2,9 +2,10 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::covariance::{LaggedCovariance, ScaledRecord, symmetric_eigen};
+use super::covariance::{LaggedCovariance, ScaledRecord};
 use super::criterion::residual_covariance;
 use super::surface::{SurfacePoint, channel_terms, regression_vector};
+use super::symmetric::symmetric_eigen;
 use crate::eiv::EivLags;
 use crate::least_squares::triangular_factor;
 

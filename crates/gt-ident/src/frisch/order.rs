@@ -4,12 +4,13 @@ use std::ops::RangeInclusive;
 
 use gt_core::Dataset;
 
-use super::covariance::{LaggedCovariance, ScaledRecord, symmetric_eigen};
+use super::covariance::{LaggedCovariance, ScaledRecord};
 use super::criterion::Criterion;
 use super::fit::{Frisch, check_rows};
 use super::moments::weighted;
 use super::search::least_shares;
 use super::surface::{AdmissibleSurface, regression_vector};
+use super::symmetric::symmetric_eigen;
 use crate::IdentError;
 use crate::eiv::EivLags;
 

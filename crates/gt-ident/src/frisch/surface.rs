@@ -3,7 +3,8 @@
 use gt_core::DimensionError;
 use nalgebra::{DMatrix, DVector};
 
-use super::covariance::{LaggedCovariance, channel_name, symmetric_eigen, upper_root};
+use super::covariance::{LaggedCovariance, channel_name};
+use super::symmetric::{symmetric_eigen, upper_root};
 use crate::IdentError;
 use crate::eiv::{EivLags, EivRow};
 use crate::least_squares::{CONDITION_LIMIT, LeastSquares, triangular_factor};

@@ -96,8 +96,8 @@ fn lags_and_criteria_that_do_not_fit_are_refused() {
         Err(IdentError::Dimension(short))
     );
     assert_eq!(
-        frisch_order_table(&record, 0, 3..=2, &[1]),
-        Err(IdentError::OrderRange { first: 3, last: 2 })
+        frisch_order_table(&record, 0, 0..=2, &[1]),
+        Err(IdentError::OrderRange { first: 0, last: 2 })
     );
 }
 

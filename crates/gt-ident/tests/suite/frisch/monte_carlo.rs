@@ -47,7 +47,9 @@ fn root_mean_square(errors: &mut [f64]) -> f64 {
 
 /// The deviation of a normal distribution with this median of absolute values.
 fn median_deviation(errors: &mut [f64]) -> f64 {
-    errors.iter_mut().for_each(|e| *e = e.abs());
+    for error in errors.iter_mut() {
+        *error = error.abs();
+    }
     errors.sort_by(f64::total_cmp);
     1.4826 * errors[errors.len() / 2]
 }

@@ -14,6 +14,9 @@ use serde_json::Value;
 use super::systems::{dataset, noisy, respond, with_burn_in};
 use crate::common::generator;
 
+/// Runs of the reference means and deviations, and of those here.
+const RUNS: u32 = 200;
+
 fn folder(test: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("GTFDI_REFERENCE_DATA").map(PathBuf::from);
     if folder.is_none() {
@@ -70,7 +73,6 @@ fn published_systems_have_a_tenth_of_the_bias_of_least_squares() {
     let Some(folder) = folder("published_systems_have_a_tenth_of_the_bias_of_least_squares") else {
         return;
     };
-    const RUNS: u32 = 200;
     let reference = json(folder.join("eiv_reference.json"));
     for name in ["first_order", "second_order"] {
         let case = &reference[name];
