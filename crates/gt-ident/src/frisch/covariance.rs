@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use gt_core::{Dataset, DimensionError};
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::DMatrix;
 
+use super::symmetric::upper_root;
 use crate::least_squares::{scaled_norm, triangular_factor};
 use crate::regressor::{Deviations, check_varies};
 use crate::{Channel, IdentError, Regressor};
@@ -226,16 +227,6 @@ impl ScaledRecord {
     }
 }
 
-/// The upper triangular `R` with `R' R` the matrix.
-pub(crate) fn upper_root(matrix: DMatrix<f64>) -> Result<DMatrix<f64>, IdentError> {
-    let size = matrix.nrows();
-    let finite = matrix.iter().all(|value| value.is_finite());
-    match finite.then(|| Cholesky::new(matrix)).flatten() {
-        Some(factor) => Ok(factor.l().transpose()),
-        None => Err(IdentError::NotPositiveDefinite { size }),
-    }
-}
-
 /// Channel 0 is the output, the others are the inputs.
 pub(crate) fn channel(index: usize) -> Channel {
     match index.checked_sub(1) {
@@ -258,20 +249,4 @@ fn record_column(index: usize, lag: usize) -> Regressor {
         channel: channel(index),
         lag,
     }
-}
-
-/// The eigenvalues and eigenvectors of a symmetric matrix, ascending; `None` where it is not
-/// finite.
-pub(crate) fn symmetric_eigen(matrix: DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
-    /// Sweeps of the implicit QR; it needs two to three a row.
-    const ROUNDS_PER_ROW: usize = 100;
-    if !matrix.iter().all(|value| value.is_finite()) {
-        return None;
-    }
-    let rounds = ROUNDS_PER_ROW * matrix.nrows().max(1);
-    let eigen = nalgebra::SymmetricEigen::try_new(matrix, f64::EPSILON, rounds)?;
-    let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
-    order.sort_by(|&a, &b| eigen.eigenvalues[a].total_cmp(&eigen.eigenvalues[b]));
-    let values = DVector::from_iterator(order.len(), order.iter().map(|&k| eigen.eigenvalues[k]));
-    Some((values, eigen.eigenvectors.select_columns(&order)))
 }

@@ -2,8 +2,9 @@
 
 use nalgebra::DVector;
 
+use super::covariance::LaggedCovariance;
 use super::surface::SurfacePoint;
-use crate::eiv::{EivRow, NoiseVariances};
+use crate::eiv::{EivLags, EivRow, NoiseVariances};
 use crate::{Channel, IdentError};
 
 /// A variance below this part of its largest admissible value is at the boundary, zero.
@@ -84,6 +85,29 @@ pub(crate) fn channel_noise(
         least_standard_error: errors[index] * scale.powi(2),
     };
     scales.iter().enumerate().map(known).collect()
+}
+
+/// Relation and variances of the channels from those of the channels over their scales.
+///
+/// # Errors
+/// [`IdentError::CoefficientNotFinite`] where a number overflows in the units of the channels.
+pub(crate) fn in_units(
+    lags: &EivLags,
+    point: &SurfacePoint,
+    covariance: &LaggedCovariance,
+) -> Result<(EivRow, NoiseVariances), IdentError> {
+    let scales = covariance.scales();
+    let row = unscaled(&point.row(lags)?, scales)?;
+    let noise = variances(&point.variances, scales);
+    let variances = std::iter::once(&noise.output).chain(noise.inputs.iter());
+    let mut numbers = row.theta().iter().chain(variances);
+    match numbers.find(|value| !value.is_finite()) {
+        None => Ok((row, noise)),
+        Some(&found) => Err(IdentError::CoefficientNotFinite {
+            output: covariance.names()[0].clone(),
+            found,
+        }),
+    }
 }
 
 /// The relation of the channels from that of the channels over their scales: `b s_y / s_u`.

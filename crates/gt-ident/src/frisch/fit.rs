@@ -4,7 +4,7 @@ use gt_core::{Dataset, DimensionError};
 
 use super::covariance::{LaggedCovariance, ScaledRecord};
 use super::criterion::{Criterion, Objective};
-use super::estimate::{FrischEstimate, channel_noise, unscaled, variances};
+use super::estimate::{FrischEstimate, channel_noise, in_units};
 use super::moment_system::MomentSystem;
 use super::search::least_shares;
 use super::surface::{AdmissibleSurface, SurfacePoint};
@@ -93,9 +93,10 @@ impl Frisch {
         output: usize,
     ) -> Result<FrischEstimate, IdentError> {
         let scales = covariance.scales();
+        let (row, noise) = in_units(&self.lags, &point, covariance)?;
         Ok(FrischEstimate {
-            row: unscaled(&point.row(&self.lags)?, scales)?,
-            noise: variances(&point.variances, scales),
+            row,
+            noise,
             channels: channel_noise(&point, surface.intercepts(), errors, scales, output),
             criterion_value,
             window_rows: covariance.window_rows(),

@@ -19,14 +19,17 @@ mod fit;
 mod moment_system;
 mod moments;
 mod nelder_mead;
+mod order;
 mod search;
 mod shared;
 mod surface;
+mod symmetric;
 
 pub use covariance::LaggedCovariance;
 pub use criterion::Criterion;
 pub use estimate::{BOUNDARY_SHARE, FrischEstimate, FrischNoise};
 pub use fit::Frisch;
 pub use moments::{MomentsEstimate, WeightedMoments};
+pub use order::{FrischOrderRow, FrischOrderTable, frisch_order_table};
 pub use shared::SharedFrischEstimate;
 pub use surface::{AdmissibleSurface, SurfacePoint};

@@ -5,7 +5,12 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::covariance::{LaggedCovariance, ScaledRecord};
 use super::criterion::residual_covariance;
 use super::surface::{SurfacePoint, channel_terms, regression_vector};
+use super::symmetric::symmetric_eigen;
 use crate::eiv::EivLags;
+use crate::least_squares::triangular_factor;
+
+/// The least part that the second term of the moments' covariance leaves of the first.
+const LEAST_PART: f64 = 0.01;
 
 /// `g = (E z phi' - sum_j sigma_j^2 E_j) c`, zero at the truth, with `z` all channels at lags
 /// `0..=max_lag` and `E_j` one where an entry of `z` is an entry of `phi` of channel `j`.
@@ -82,7 +87,8 @@ impl MomentSystem {
     /// autocovariance of the residual and `h(tau) = E z(t) e(t + tau)`.
     ///
     /// Where a variance exceeds what the spectrum of its channel leaves at some frequency, no
-    /// process is like that and the sum need not be definite: then it is the first term, which is.
+    /// process is like that, and the sum need not be definite: the second term then counts only
+    /// as far as it leaves a part of the first in every direction.
     pub fn weight_root(&self, point: &SurfacePoint) -> Option<DMatrix<f64>> {
         let size = self.z.len();
         let mut first = DMatrix::zeros(size, size);
@@ -98,13 +104,21 @@ impl MomentSystem {
             first += scaled;
             second += product;
         }
-        let rows = self.window_rows as f64;
-        let root = |s: DMatrix<f64>| {
-            let finite = s.iter().all(|value| value.is_finite());
-            finite.then(|| Cholesky::new(s / rows)).flatten()
-        };
-        let factor = root(&first + second).or_else(|| root(first))?;
-        Some(factor.unpack())
+        let finite = |s: &DMatrix<f64>| s.iter().all(|value| value.is_finite());
+        if !(finite(&first) && finite(&second)) {
+            return None;
+        }
+        // I + M with S = L (I + M) L'.
+        let lower = Cholesky::new(first)?.unpack();
+        let half = lower.solve_lower_triangular(&second)?;
+        let relative = lower.solve_lower_triangular(&half.transpose())?;
+        let (values, vectors) = symmetric_eigen((&relative + relative.transpose()) * 0.5)?;
+        let mut scaled = vectors.transpose();
+        for (mut row, value) in scaled.row_iter_mut().zip(values.iter()) {
+            row *= (1.0 + value).max(LEAST_PART).sqrt();
+        }
+        let root = triangular_factor(&(scaled * lower.transpose())).transpose();
+        Some(root / (self.window_rows as f64).sqrt())
     }
 
     /// Moments and derivatives at a point.

@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, DVector};
 
 use super::covariance::{LaggedCovariance, ScaledRecord};
 use super::criterion::Criterion;
-use super::estimate::{unscaled, variances};
+use super::estimate::{in_units, unscaled, variances};
 use super::fit::Frisch;
 use super::moment_system::MomentSystem;
 use super::surface::SurfacePoint;
@@ -83,37 +83,69 @@ impl WeightedMoments {
         let record = ScaledRecord::new(data, output)?;
         let max_lag = criterion.max_lag(self.lags.order());
         let covariance = LaggedCovariance::of_scaled(&record, max_lag)?;
-        let (surface, start, _) = frisch.choose(&covariance)?;
-        let mut point = start;
-        for (variance, largest) in point.variances.iter_mut().zip(surface.intercepts()) {
-            *variance = variance.max(LEAST_SHARE * largest);
-        }
-
-        let system = MomentSystem::new(&self.lags, &record, &covariance);
+        let (system, solution) = weighted(&frisch, &record, &covariance)?;
         let singular = || IdentError::MomentsSingular {
-            output: covariance.names()[0].clone(),
+            output: record.names[0].clone(),
         };
-        for _ in 0..REWEIGHTINGS {
-            let root = system.weight_root(&point).ok_or_else(singular)?;
-            point = solve(&system, point, &root).ok_or_else(singular)?;
-        }
-        let root = system.weight_root(&point).ok_or_else(singular)?;
-        let whitened = system.whiten(&point, &root).ok_or_else(singular)?;
-        let errors = system.errors(&point).ok_or_else(singular)?;
+        let point = &solution.point;
+        let errors = system.errors(point).ok_or_else(singular)?;
 
         let scales = &record.scales;
         let p = self.lags.parameters();
         let coefficient_error = EivRow::new(self.lags.clone(), errors.rows(0, p).into_owned())?;
+        let (row, noise) = in_units(&self.lags, point, &covariance)?;
         Ok(MomentsEstimate {
-            row: unscaled(&point.row(&self.lags)?, scales)?,
-            noise: variances(&point.variances, scales),
+            row,
+            noise,
             coefficient_error: unscaled(&coefficient_error, scales)?.theta().clone(),
             noise_error: variances(&errors.as_slice()[p..], scales),
-            statistic: whitened.moments.norm_squared(),
+            statistic: solution.statistic,
             degrees_of_freedom: system.surplus(),
             window_rows: covariance.window_rows(),
         })
     }
+}
+
+/// A point that weighted moments choose.
+pub(crate) struct Solution {
+    pub point: SurfacePoint,
+    /// Window rows times the weighted sum of squares of the moments.
+    pub statistic: f64,
+    /// The criterion of the Frisch estimate that it starts from.
+    pub start_value: f64,
+}
+
+/// The moments at all lags of the covariances and the point that they choose, from the Frisch
+/// estimate on.
+pub(crate) fn weighted(
+    frisch: &Frisch,
+    record: &ScaledRecord,
+    covariance: &LaggedCovariance,
+) -> Result<(MomentSystem, Solution), IdentError> {
+    let (surface, mut point, start_value) = frisch.choose(covariance)?;
+    for (variance, largest) in point.variances.iter_mut().zip(surface.intercepts()) {
+        *variance = variance.max(LEAST_SHARE * largest);
+    }
+    let system = MomentSystem::new(frisch.lags(), record, covariance);
+    let singular = || IdentError::MomentsSingular {
+        output: covariance.names()[0].clone(),
+    };
+    let mut root = system.weight_root(&point).ok_or_else(singular)?;
+    for _ in 0..REWEIGHTINGS {
+        point = solve(&system, point, &root).ok_or_else(singular)?;
+        root = system.weight_root(&point).ok_or_else(singular)?;
+    }
+    let whitened = system.whiten(&point, &root).ok_or_else(singular)?;
+    let statistic = whitened.moments.norm_squared();
+    if !statistic.is_finite() {
+        return Err(singular());
+    }
+    let solution = Solution {
+        point,
+        statistic,
+        start_value,
+    };
+    Ok((system, solution))
 }
 
 /// The least weighted sum of squares for one weight, by Gauss-Newton steps in the coefficients and

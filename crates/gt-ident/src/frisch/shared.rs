@@ -5,7 +5,7 @@ use nalgebra::DVector;
 
 use super::covariance::{LaggedCovariance, ScaledRecord};
 use super::criterion::Objective;
-use super::estimate::{FrischNoise, channel_noise, unscaled, variances};
+use super::estimate::{FrischNoise, channel_noise, in_units};
 use super::fit::{Frisch, noise_errors};
 use super::nelder_mead::nelder_mead;
 use super::search::{ZERO_SHARE, best_of_grid, limits};
@@ -87,8 +87,8 @@ impl Frisch {
             let surface = objective.surface();
             let point = surface.at_inputs(&inputs)?;
             let scales = covariance.scales();
-            found.rows.push(unscaled(&point.row(self.lags())?, scales)?);
-            let noise = variances(&point.variances, scales);
+            let (row, noise) = in_units(self.lags(), &point, covariance)?;
+            found.rows.push(row);
             found.output_noise[output] = noise.output;
             found.input_noise = noise.inputs;
             let errors = noise_errors(self.lags(), record, covariance, &point);

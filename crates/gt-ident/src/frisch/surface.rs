@@ -3,7 +3,8 @@
 use gt_core::DimensionError;
 use nalgebra::{DMatrix, DVector};
 
-use super::covariance::{LaggedCovariance, channel_name, symmetric_eigen, upper_root};
+use super::covariance::{LaggedCovariance, channel_name};
+use super::symmetric::{symmetric_eigen, upper_root};
 use crate::eiv::{EivLags, EivRow};
 use crate::least_squares::{CONDITION_LIMIT, LeastSquares, triangular_factor};
 use crate::{Dependence, IdentError};
@@ -246,6 +247,7 @@ impl AdmissibleSurface {
             .collect();
         Ok(RayEigen {
             point: self.point(variances, &vector),
+            scale: 1.0 / (largest * top),
             relative: values / top,
             vectors,
         })
@@ -283,6 +285,8 @@ impl AdmissibleSurface {
 /// The intersection of a ray in whitened coordinates.
 pub(crate) struct RayEigen {
     pub point: Result<SurfacePoint, IdentError>,
+    /// The point over the direction.
+    pub scale: f64,
     /// Eigenvalues over the largest, ascending: `Sigma - diag(P) = R' V (I - diag) V' R`.
     pub relative: DVector<f64>,
     pub vectors: DMatrix<f64>,

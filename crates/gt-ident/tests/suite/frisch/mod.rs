@@ -1,7 +1,10 @@
 //! The dynamic Frisch scheme.
 
+mod errors;
 mod monte_carlo;
-mod probe;
+mod order;
+mod reference;
+mod shared;
 mod surface;
 mod systems;
 mod vectors;

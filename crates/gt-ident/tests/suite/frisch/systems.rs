@@ -45,7 +45,11 @@ impl Vector {
     }
 
     pub fn sigma(&self) -> DMatrix<f64> {
-        matrix(&self.json["exact_Sigma_n"])
+        self.matrix("exact_Sigma_n")
+    }
+
+    pub fn matrix(&self, key: &str) -> DMatrix<f64> {
+        matrix(&self.json[key])
     }
 
     pub fn autocovariance(&self) -> Vec<DMatrix<f64>> {
