@@ -11,6 +11,7 @@
 )]
 
 mod common;
+mod eiv;
 mod errors;
 mod fit;
 mod order;

@@ -116,15 +116,18 @@ impl System {
         &h * inputs * h.adjoint()
     }
 
+    /// The spectral matrix of the measured channels at `w`.
+    pub fn measured(&self, w: f64) -> DMatrix<Complex<f64>> {
+        let mut matrix = self.signal(w);
+        for (channel, noise) in self.noise.iter().enumerate() {
+            matrix[(channel, channel)] += noise;
+        }
+        matrix
+    }
+
     /// The exact spectrum of the measured channels.
     pub fn spectrum(&self, frequencies: usize) -> Result<Spectrum, IdentError> {
-        Spectrum::from_fn(self.channels(), frequencies, |w| {
-            let mut matrix = self.signal(w);
-            for (channel, noise) in self.noise.iter().enumerate() {
-                matrix[(channel, channel)] += noise;
-            }
-            matrix
-        })
+        Spectrum::from_fn(self.channels(), frequencies, |w| self.measured(w))
     }
 
     /// Deviations of the semiparametric bound over so many samples.
