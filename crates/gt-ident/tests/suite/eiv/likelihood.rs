@@ -57,7 +57,7 @@ fn random(rng: &mut ChaCha8Rng) -> System {
     });
     let inputs: Vec<Arma> = inputs.collect();
     let snr_db = rng.random_range(3.0..20.0);
-    System::new(rows, inputs, snr_db)
+    System::on_grid(rows, inputs, snr_db, 64)
 }
 
 proptest! {

@@ -97,6 +97,15 @@ fn records_that_are_too_short_are_refused() {
             found: 15
         }
     );
+    // Nothing of the size of the order is allocated first.
+    let endless = EivLags::new(usize::MAX, vec![usize::MAX]).unwrap();
+    assert_eq!(
+        Eiv::new(vec![endless]).fit(&data).unwrap_err(),
+        IdentError::EivTooFewSamples {
+            needed: usize::MAX,
+            found: 15
+        }
+    );
 }
 
 #[test]

@@ -52,7 +52,7 @@ fn compare(name: &str, system: &System, fitted: &str, order: usize) {
     }
     // The variances of the channels and the covariance at lag 1 are the mean of the spectrum and
     // of its product with exp(j w).
-    let grid = 4096;
+    let grid: usize = 4096;
     for (lag, listed) in vector["exact_R"]
         .as_array()
         .unwrap()
@@ -62,8 +62,8 @@ fn compare(name: &str, system: &System, fitted: &str, order: usize) {
     {
         let mut sum = DMatrix::zeros(system.channels(), system.channels());
         for k in 0..grid {
-            let w = std::f64::consts::PI * (k as f64 + 0.5) / f64::from(grid);
-            let turn = nalgebra::Complex::from_polar(1.0 / f64::from(grid), w * lag as f64);
+            let w = std::f64::consts::PI * (k as f64 + 0.5) / grid as f64;
+            let turn = nalgebra::Complex::from_polar(1.0 / grid as f64, w * lag as f64);
             sum += system.measured(w).map(|value| (value * turn).re);
         }
         for (i, row) in listed.as_array().unwrap().iter().enumerate() {
