@@ -19,7 +19,7 @@ pub(super) struct Autoregression {
     pub coefficients: DMatrix<f64>,
     /// Covariance of `e` (`q x q`): the sum of squares over the rows. With this divisor the
     /// spectrum has no bias of first order in `p q / N`: the errors of the coefficients add what
-    /// the fit takes away [derived here].
+    /// the fit takes away (derived here).
     pub covariance: DMatrix<f64>,
 }
 
@@ -47,7 +47,7 @@ impl Autoregression {
         };
         for index in 0..past + q {
             let left = factor[(index, index)].powi(2) / products[(index, index)];
-            if !(left >= NOISE_FLOOR) {
+            if left.is_nan() || left < NOISE_FLOOR {
                 return Err((index % q, left));
             }
         }

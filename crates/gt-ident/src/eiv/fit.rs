@@ -5,10 +5,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::estimate::{EivEstimate, EivVariance};
 use super::information::covariance;
+use super::joint::estimate;
 use super::layout::Layout;
 use super::likelihood::Likelihood;
 use super::record::{Record, autoregression_order};
-use super::refine::{Refined, estimate};
+use super::refine::Refined;
 use super::row::{EivLags, EivRow, NoiseVariances};
 use crate::IdentError;
 
@@ -74,12 +75,21 @@ impl Eiv {
     /// [`IdentError::EivStartLags`], [`IdentError::EivStartValue`] or [`IdentError::Dimension`]
     /// for a start that does not fit; [`IdentError::EivNoStart`] where no relation was found.
     pub fn fit(&self, data: &Dataset) -> Result<EivEstimate, IdentError> {
+        let Some(first) = self.lags.first() else {
+            return Err(IdentError::NoOutputs);
+        };
+        if first.inputs() == 0 {
+            return Err(IdentError::NoInputs);
+        }
+        Record::check(data, self.lags.len(), first.inputs())?;
+        // Before anything of the size of the order is allocated.
+        let channels = data.ny() + data.nu();
+        let longest = self.lags.iter().map(EivLags::order).max().unwrap_or(0);
+        let own = autoregression_order(longest, channels, data.len());
+        let order = self.autoregression_order.unwrap_or(own);
+        Record::check_length(data.len(), channels, order.max(longest.saturating_mul(2)))?;
         let layout = Layout::new(&self.lags)?;
-        Record::check(data, layout.outputs, layout.inputs)?;
         self.check_starts(&layout)?;
-        let order = self
-            .autoregression_order
-            .unwrap_or_else(|| autoregression_order(layout.longest, layout.channels(), data.len()));
         let frequencies = self
             .frequencies
             .unwrap_or(default_frequencies(layout.outputs));

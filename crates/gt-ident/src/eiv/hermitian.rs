@@ -9,7 +9,7 @@ pub(crate) type C64 = Complex<f64>;
 /// Zero.
 pub(crate) const ZERO: C64 = Complex { re: 0.0, im: 0.0 };
 
-/// `tr(A B)`-free product: `out (rows x columns) = left (rows x inner) right (inner x columns)`.
+/// `out (rows x columns) = left (rows x inner) right (inner x columns)`.
 pub(crate) fn multiply(out: &mut [C64], left: &[C64], right: &[C64], inner: usize, columns: usize) {
     for (out, left) in out.chunks_exact_mut(columns).zip(left.chunks_exact(inner)) {
         out.fill(ZERO);

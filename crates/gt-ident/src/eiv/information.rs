@@ -15,7 +15,7 @@ impl Likelihood<'_> {
     /// unknown input spectrum takes, `I_tv I_vv^-1 I_vt` over all Hermitian directions of
     /// `Phi_u(w)`, frequency by frequency. With `Pi = h^H (h D h^H)^-1 h` and
     /// `C = Phi^-1 - Pi` what is left is `N mean_w Re[ tr(Pi d_i Phi Pi d_j Phi) / 2 +
-    /// tr(Pi d_i Phi C d_j Phi) ]` [derived here]. `Phi_u` is the one that the likelihood
+    /// tr(Pi d_i Phi C d_j Phi) ]` (derived here). `Phi_u` is the one that the likelihood
     /// eliminates, `W^H S W - (H^H D^-1 H)^-1` with `W = D^-1 H (H^H D^-1 H)^-1`: exact where the
     /// spectrum is, an estimate where it is one.
     ///

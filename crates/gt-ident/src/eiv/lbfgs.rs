@@ -104,12 +104,14 @@ impl Lbfgs {
                 .collect();
             let mut direction = direction(&here.gradient, &free, &pairs, metric);
             let mut slope = here.gradient.dot(&direction);
-            if !(slope < 0.0) && !pairs.is_empty() {
+            let descends = slope < 0.0;
+            if !descends && !pairs.is_empty() {
                 pairs.clear();
                 direction = self::direction(&here.gradient, &free, &pairs, metric);
                 slope = here.gradient.dot(&direction);
             }
-            if !(-0.5 * slope > self.tolerance * (1.0 + here.value.abs())) {
+            let promising = -0.5 * slope > self.tolerance * (1.0 + here.value.abs());
+            if !promising {
                 converged = true;
                 break;
             }

@@ -13,7 +13,7 @@ use crate::IdentError;
 ///
 /// The measured channels have spectrum `H Phi_u H^H + D`, `H = [G; I]`, `D` the noise variances.
 /// With `h(w) = [P(w), -Q(w)]` (`m x (m + r)`, `h H = 0`), eliminating `Phi_u(w)` from Whittle's
-/// likelihood at each frequency leaves [derived here]
+/// likelihood at each frequency leaves (derived here)
 ///
 /// `f = mean_w { ln det(h D S^-1 D h^H) - ln det(h D h^H) + tr[(h D h^H)^-1 h S h^H] }`,
 ///
@@ -133,7 +133,9 @@ impl<'a> Likelihood<'a> {
             work.add(&self.layout, phases, variances, gradient);
         }
         let count = self.spectrum.frequencies() as f64;
-        gradient.iter_mut().for_each(|value| *value /= count);
+        for value in gradient.iter_mut() {
+            *value /= count;
+        }
         sum / count
     }
 }

@@ -128,6 +128,9 @@ impl<'a> Moments<'a> {
                 .filter(|&index| self.columns[index].0 == channel)
                 .collect();
             let block = DMatrix::from_fn(own.len(), own.len(), |i, j| inverse[(own[i], own[j])]);
+            if !block.iter().all(|value| value.is_finite()) {
+                return None;
+            }
             let largest = block.symmetric_eigenvalues().max();
             (largest > 0.0 && largest.is_finite()).then(|| 1.0 / largest)
         });

@@ -6,8 +6,8 @@ use gt_core::Dataset;
 use serde::Serialize;
 
 use super::fit::default_frequencies;
+use super::joint::{Joint, estimate};
 use super::record::{Record, autoregression_order};
-use super::refine::{Joint, estimate};
 use super::row::EivLags;
 use crate::IdentError;
 

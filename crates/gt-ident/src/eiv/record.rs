@@ -10,6 +10,8 @@ use crate::regressor::check_varies;
 
 /// Longest autoregression that is chosen by itself.
 const LONGEST: usize = 60;
+/// The autoregression behind the information is this much longer than `sqrt(N) / 3`.
+const SHORTEST: usize = 4;
 
 /// The spectrum of a record, with what brings an estimate back to its units.
 pub(super) struct Record {
@@ -45,14 +47,7 @@ impl Record {
         if nu == 0 {
             return Err(IdentError::NoInputs);
         }
-        // As many rows as the autoregression has columns, and one for each residual.
-        let needed = order.saturating_mul(q + 1).saturating_add(q + 1);
-        if samples < needed {
-            return Err(IdentError::EivTooFewSamples {
-                needed,
-                found: samples,
-            });
-        }
+        Self::check_length(samples, q, order)?;
         data.check_finite()?;
         let signals = || data.outputs().iter().chain(data.inputs());
         let source = |channel: usize| match channel.checked_sub(ny) {
@@ -94,8 +89,7 @@ impl Record {
             })?;
             fitted.spectrum(frequencies)
         };
-        // Truncated: a few samples more or less do not matter.
-        let short = 1 + (0.9 * (samples as f64).powf(0.4)) as usize;
+        let short = SHORTEST + samples.isqrt() / 3;
         Ok(Self {
             spectrum: spectrum(order)?,
             smooth: spectrum(short.min(order))?,
@@ -104,6 +98,20 @@ impl Record {
             samples,
             order,
         })
+    }
+
+    /// Refuses a record without as many rows as the autoregression has columns, and one for each
+    /// residual and one more.
+    pub fn check_length(samples: usize, channels: usize, order: usize) -> Result<(), IdentError> {
+        let columns = order.saturating_mul(channels + 1);
+        let needed = columns.saturating_add(channels + 1);
+        if samples < needed {
+            return Err(IdentError::EivTooFewSamples {
+                needed,
+                found: samples,
+            });
+        }
+        Ok(())
     }
 
     /// Refuses a structure of other numbers of outputs or inputs.

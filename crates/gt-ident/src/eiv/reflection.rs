@@ -37,7 +37,7 @@ pub(super) fn step_down(a: &[f64]) -> Option<Vec<f64>> {
     let mut reflections = vec![0.0; a.len()];
     for order in (0..a.len()).rev() {
         let k = a[order];
-        if !(k.abs() < 1.0) {
+        if k.is_nan() || k.abs() >= 1.0 {
             return None;
         }
         reflections[order] = k;

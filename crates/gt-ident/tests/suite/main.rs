@@ -12,6 +12,7 @@
 
 mod common;
 mod eiv_model;
+mod eiv;
 mod errors;
 mod fit;
 mod frisch;

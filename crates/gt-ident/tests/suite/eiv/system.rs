@@ -57,6 +57,11 @@ pub fn response(coefficients: &[f64], w: f64) -> Complex<f64> {
 impl System {
     /// With noise of the given signal-to-noise ratio in dB on every channel.
     pub fn new(rows: Vec<EivRow>, inputs: Vec<Arma>, snr_db: f64) -> Self {
+        Self::on_grid(rows, inputs, snr_db, 8192)
+    }
+
+    /// The same from variances summed over so many frequencies.
+    pub fn on_grid(rows: Vec<EivRow>, inputs: Vec<Arma>, snr_db: f64, grid: usize) -> Self {
         let count = rows.len() + inputs.len();
         let noise = vec![0.0; count];
         let mut system = Self {
@@ -64,12 +69,11 @@ impl System {
             inputs,
             noise,
         };
-        let grid = 8192;
         for k in 0..grid {
-            let w = std::f64::consts::PI * (k as f64 + 0.5) / f64::from(grid);
+            let w = std::f64::consts::PI * (k as f64 + 0.5) / grid as f64;
             let signal = system.signal(w);
             for (channel, noise) in system.noise.iter_mut().enumerate() {
-                let level = 10_f64.powf(-snr_db / 10.0) / f64::from(grid);
+                let level = 10_f64.powf(-snr_db / 10.0) / grid as f64;
                 *noise += signal[(channel, channel)].re * level;
             }
         }
@@ -116,15 +120,18 @@ impl System {
         &h * inputs * h.adjoint()
     }
 
+    /// The spectral matrix of the measured channels at `w`.
+    pub fn measured(&self, w: f64) -> DMatrix<Complex<f64>> {
+        let mut matrix = self.signal(w);
+        for (channel, noise) in self.noise.iter().enumerate() {
+            matrix[(channel, channel)] += noise;
+        }
+        matrix
+    }
+
     /// The exact spectrum of the measured channels.
     pub fn spectrum(&self, frequencies: usize) -> Result<Spectrum, IdentError> {
-        Spectrum::from_fn(self.channels(), frequencies, |w| {
-            let mut matrix = self.signal(w);
-            for (channel, noise) in self.noise.iter().enumerate() {
-                matrix[(channel, channel)] += noise;
-            }
-            matrix
-        })
+        Spectrum::from_fn(self.channels(), frequencies, |w| self.measured(w))
     }
 
     /// Deviations of the semiparametric bound over so many samples.
