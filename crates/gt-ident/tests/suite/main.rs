@@ -13,6 +13,10 @@
 mod common;
 mod errors;
 mod fit;
+mod frequency_response;
+mod known;
 mod order;
+mod pole_zero;
 mod realisation;
 mod reference;
+mod residual_tests;
