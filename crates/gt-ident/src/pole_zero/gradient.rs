@@ -1,13 +1,13 @@
 //! Derivatives of the roots of `det S(z)` by the coefficients of a model.
 
-use nalgebra::{Complex, DMatrix, SVD};
+use nalgebra::{Complex, DMatrix};
 
 use super::{RESOLUTION, Root};
 use crate::transfer::{delay, propagate};
 use crate::{ArxModel, Channel};
 
-/// Below this share of the largest, a second singular value or the derivative along the null
-/// vectors counts as zero: the root is a multiple one.
+/// A derivative of the determinant below this share of its terms' size counts as zero: the root is
+/// a multiple one.
 const MULTIPLE_ROOT: f64 = 1e-9;
 
 /// A square part of `[P(z) Q(z)]`: some rows of the model, and one channel for each.
@@ -51,8 +51,8 @@ impl Part<'_> {
             .collect()
     }
 
-    /// `dz / dtheta` for the terms of each row: with `l' S(z) = 0` and `S(z) r = 0`,
-    /// `dz = -l' dS r / (l' S'(z) r)`. `None` at a multiple root and at the origin.
+    /// `dz / dtheta` for the terms of each row: `dz = -tr(adj(S) dS) / tr(adj(S) S'(z))` as
+    /// `d det S = tr(adj(S) dS)` (Jacobi). `None` at a multiple root and at the origin.
     fn gradient(&self, z: Complex<f64>) -> Option<Vec<(usize, Vec<Complex<f64>>)>> {
         if z.norm() == 0.0 {
             return None;
@@ -82,23 +82,9 @@ impl Part<'_> {
         if !numbers.all(|value| value.re.is_finite() && value.im.is_finite()) {
             return None;
         }
-        let steep = slope.norm();
-        let decomposed = SVD::try_new(matrix, true, true, f64::EPSILON, 0)?;
-        let values = &decomposed.singular_values;
-        let last = values.imin();
-        let second = values
-            .iter()
-            .enumerate()
-            .filter(|(index, _)| *index != last)
-            .map(|(_, value)| *value)
-            .fold(f64::INFINITY, f64::min);
-        if size > 1 && second <= MULTIPLE_ROOT * values.max() {
-            return None;
-        }
-        let left = decomposed.u.as_ref()?.column(last).into_owned();
-        let right = decomposed.v_t.as_ref()?.row(last).adjoint();
-        let along = left.dotc(&(slope * &right));
-        if along.norm() <= MULTIPLE_ROOT * steep {
+        let adjugate = adjugate(&matrix);
+        let along = (&adjugate * &slope).trace();
+        if along.norm() <= MULTIPLE_ROOT * adjugate.norm() * slope.norm() {
             return None;
         }
         let rows = self.rows.iter().enumerate().map(|(position, &row)| {
@@ -107,7 +93,7 @@ impl Part<'_> {
                 .map(|term| match self.column(term.channel) {
                     Some(column) => {
                         let power = delay(z, term.lag) * scales[position];
-                        left[position].conj() * power * right[column] / along
+                        adjugate[(column, position)] * power / along
                     }
                     None => Complex::new(0.0, 0.0),
                 })
@@ -120,4 +106,15 @@ impl Part<'_> {
     fn column(&self, channel: Channel) -> Option<usize> {
         self.columns.iter().position(|&column| column == channel)
     }
+}
+
+/// The adjugate, minor by minor: it exists for a singular matrix too, and the systems have as many
+/// rows as the model has outputs.
+fn adjugate(matrix: &DMatrix<Complex<f64>>) -> DMatrix<Complex<f64>> {
+    let size = matrix.nrows();
+    DMatrix::from_fn(size, size, |row, column| {
+        let minor = matrix.clone().remove_row(column).remove_column(row);
+        let sign = if (row + column) % 2 == 0 { 1.0 } else { -1.0 };
+        minor.determinant() * sign
+    })
 }

@@ -53,7 +53,7 @@ pub struct PoleZeroReport {
 /// The poles and zeros of `model` with standard errors from the covariances of each row's
 /// coefficients.
 ///
-/// A root `z` of `det S(z)` moves by `-l' dS r / (l' S'(z) r)`, `l` and `r` its null vectors. As in
+/// A root `z` of `det S(z)` moves by `-tr(adj(S) dS) / tr(adj(S) S'(z))`. As in
 /// [`crate::frequency_response`], the rows are taken as estimated independently of one another.
 ///
 /// # Errors

@@ -390,7 +390,8 @@ fn errors_of_poles_and_zeros_are_the_spread_over_monte_carlo_runs() {
 }
 
 /// An order too high leaves a pole that a zero cancels within error; the right order does not.
-/// Of 50 runs each: two standard errors miss 5 % of true cancellations.
+/// Of 50 runs each: in the plane two standard errors hold 86 % of true cancellations, 43 of 50, with
+/// a deviation of 2.4; three of them below.
 #[test]
 fn superfluous_poles_tell_of_an_order_too_high() {
     let (mut high, mut right) = (0, 0);
@@ -409,7 +410,7 @@ fn superfluous_poles_tell_of_an_order_too_high() {
         right += usize::from(superfluous(2) > 0);
     }
     println!("superfluous poles: {high} of 50 at order 3, {right} of 50 at order 2");
-    assert!(high >= 42, "{high}");
+    assert!(high >= 35, "{high}");
     assert_eq!(right, 0);
 }
 
