@@ -414,6 +414,19 @@ fn superfluous_poles_tell_of_an_order_too_high() {
     assert_eq!(right, 0);
 }
 
+/// The coefficients of `(1 - 0.95 z^-1)^order y = z^-1 u`.
+fn slow_row(order: usize) -> Vec<f64> {
+    let mut denominator = vec![0.0; order + 1];
+    denominator[0] = 1.0;
+    for _ in 0..order {
+        for k in (1..=order).rev() {
+            denominator[k] -= 0.95 * denominator[k - 1];
+        }
+    }
+    let outputs = denominator[1..].iter().map(|value| -value);
+    outputs.chain([1.0]).collect()
+}
+
 /// Single output, all poles at 0.95.
 #[test]
 fn published_condition_of_m_at_slow_poles() {
@@ -423,15 +436,7 @@ fn published_condition_of_m_at_slow_poles() {
         (6, 1.1e4, 500.0),
         (8, 5.3e5, 5e3),
     ] {
-        let mut denominator = vec![1.0];
-        for _ in 0..order {
-            denominator.push(0.0);
-            for k in (1..denominator.len()).rev() {
-                denominator[k] -= 0.95 * denominator[k - 1];
-            }
-        }
-        let mut coefficients: Vec<f64> = denominator[1..].iter().map(|value| -value).collect();
-        coefficients.push(1.0);
+        let coefficients = slow_row(order);
         let model = known_model(diagonal(order, 1), 1, &[&coefficients], 100);
         let report = realisation_report(&model).unwrap();
         println!("n = {order}: cond(M) = {:.6e}", report.m_condition);
@@ -451,15 +456,7 @@ fn published_condition_of_m_at_slow_poles() {
 #[test]
 fn realisations_that_deserve_a_warning() {
     // All poles at 0.95 of order 14: cond(M) is beyond 1e8.
-    let mut denominator = vec![1.0];
-    for _ in 0..14 {
-        denominator.push(0.0);
-        for k in (1..denominator.len()).rev() {
-            denominator[k] -= 0.95 * denominator[k - 1];
-        }
-    }
-    let mut coefficients: Vec<f64> = denominator[1..].iter().map(|value| -value).collect();
-    coefficients.push(1.0);
+    let coefficients = slow_row(14);
     let model = known_model(diagonal(14, 1), 1, &[&coefficients], 100);
     let report = realisation_report(&model).unwrap();
     assert!(matches!(

@@ -222,7 +222,7 @@ fn joint_whiteness_keeps_its_size_and_sees_what_each_output_alone_does_not() {
         size += usize::from(report.hosking.unwrap().rejects(SIGNIFICANCE));
         // Each error white, the second the first three samples later: only a joint test sees it.
         for t in (3..700).rev() {
-            e[(1, t)] = e[(0, t - 3)] * 0.3 + e[(1, t)];
+            e[(1, t)] += e[(0, t - 3)] * 0.3;
         }
         let data = settled(&form, &u, &e);
         let model = Arx::new(full(1, 1)).fit(&data).unwrap();
