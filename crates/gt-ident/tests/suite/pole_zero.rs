@@ -506,9 +506,8 @@ proptest! {
         let hankel = DMatrix::from_fn(240, 120, |row, column| {
             markov[row / 2 + column + 1][(row % 2, 0)]
         });
-        // The largest few from the small side of the matrix.
-        let expected = hankel.tr_mul(&hankel).symmetric_eigenvalues();
-        let mut expected: Vec<f64> = expected.iter().map(|value| value.max(0.0).sqrt()).collect();
+        // By faer: the symmetric eigenvalues of nalgebra hold an infinity for one record in 1e4.
+        let mut expected = gt_core::la::as_faer(&hankel).singular_values().unwrap();
         expected.sort_by(|a, b| b.total_cmp(a));
         let found = realisation_report(&model).unwrap().hankel_singular_values.unwrap();
         prop_assert_eq!(found.len(), 3);
