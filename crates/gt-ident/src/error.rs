@@ -354,4 +354,40 @@ pub enum IdentError {
         /// The distance asked for.
         spread: usize,
     },
+    /// A number of lags that the residuals do not allow.
+    #[error("option lags: expected {lowest} to {highest}, found {found}")]
+    ResidualLags {
+        /// One more than the longest lag of the model's outputs.
+        lowest: usize,
+        /// One less than the number of residuals.
+        highest: usize,
+        /// The number asked for.
+        found: usize,
+    },
+    /// A significance that is no probability between 0 and 1.
+    #[error("option significance: expected a number above 0 and below 1, found {found}")]
+    Significance {
+        /// The number asked for.
+        found: f64,
+    },
+    /// The residuals of an output are zero or rounding: there is nothing to test.
+    #[error("output `{output}`: expected residuals above rounding, found none")]
+    NoResidual {
+        /// The output's name.
+        output: String,
+    },
+    /// A frequency below 0 or above half the sampling rate.
+    #[error("frequency: expected 0 to {nyquist_hz} Hz (half the sampling rate), found {found} Hz")]
+    Frequency {
+        /// Half the sampling rate in Hz.
+        nyquist_hz: f64,
+        /// The frequency asked for in Hz.
+        found: f64,
+    },
+    /// The model has a pole at a frequency of the unit circle.
+    #[error("response at {frequency_hz} Hz: expected a finite value, found a pole there")]
+    ResponseAtPole {
+        /// The frequency in Hz.
+        frequency_hz: f64,
+    },
 }

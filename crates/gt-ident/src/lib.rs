@@ -49,18 +49,28 @@ mod gram;
 mod index_search;
 mod joint;
 mod kernel;
+mod distributions;
+pub mod eiv;
+mod error;
+mod estimate;
+mod frequency_response;
 mod least_squares;
 mod model;
 mod options;
 mod order;
+mod parameter_covariance;
+pub mod pole_zero;
 mod predict;
+mod realisation_report;
 mod realise;
 mod record;
 mod refine;
 mod regressor;
+mod residual_tests;
 mod similarity;
 mod structure;
 mod tall;
+mod transfer;
 mod validate;
 
 pub use arx::{Arx, ArxFit};
@@ -68,12 +78,24 @@ pub use canonical::CanonicalForm;
 pub use dependence::Dependence;
 pub use error::IdentError;
 pub use index_search::{INDEX_SET_LIMIT, IndexRow, IndexTable, index_table};
+pub use distributions::{chi_square_tail, chi_square_threshold, normal_quantile};
+pub use error::IdentError;
+pub use estimate::Estimate;
+pub use frequency_response::{FrequencyPoint, dc_gains, frequency_response};
 pub use least_squares::CONDITION_LIMIT;
 pub use model::{ArxModel, ArxRow, Term};
 pub use options::{Centre, EquationErrors, Missing, SolvedBy, Solver};
 pub use order::{OrderKind, OrderRow, OrderTable, order_table};
+pub use parameter_covariance::parameter_covariance;
 pub use predict::{DIVERGENCE_FACTOR, FreeRun};
+pub use realisation_report::{
+    CONDITION_WARNING, HANKEL_TOLERANCE, RealisationReport, RealisationWarning, realisation_report,
+};
 pub use realise::{OutputModel, STATE_LIMIT};
+pub use residual_tests::{
+    Autocorrelation, ChiSquareTest, CrossCorrelation, OutputVerdict, RecordOrigin, ResidualOptions,
+    ResidualReport, ResidualVerdict, Verdict, test_residuals,
+};
 pub use similarity::{RANK_TOLERANCE, Similarity};
 pub use structure::{ArxStructure, Channel, Regressor, generic_indices};
 pub use validate::{OutputFit, Validation, validate};

@@ -6,7 +6,7 @@ use gt_core::Dataset;
 use serde::Serialize;
 
 use crate::regressor::check_varies;
-use crate::{ArxModel, IdentError};
+use crate::{ArxModel, IdentError, ResidualOptions, ResidualVerdict, test_residuals};
 
 /// The errors of a model on a record, one step ahead and in free run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -15,6 +15,10 @@ pub struct Validation {
     pub rows: Range<usize>,
     /// One entry per output.
     pub outputs: Vec<OutputFit>,
+    /// Whether the errors one step ahead are white and independent of past inputs, for a record
+    /// other than that of the fit (on that one the tests are cautious: they reject too seldom).
+    /// `None` where the record is too short for a test or its errors are rounding only.
+    pub residuals: Option<ResidualVerdict>,
 }
 
 /// The errors of one output. `prediction` is one step ahead, `simulation` is the free run from the
@@ -41,6 +45,9 @@ pub struct OutputFit {
     /// Time at which the free run diverges, in seconds.
     pub diverges_at_s: Option<f64>,
 }
+
+/// Residuals that the verdict takes for each lag of its correlations.
+const SAMPLES_PER_LAG: usize = 5;
 
 /// The errors of `model` on `data`.
 ///
@@ -85,7 +92,34 @@ pub fn validate(model: &ArxModel, data: &Dataset) -> Result<Validation, IdentErr
             diverges_at_s: diverges_at.map(|sample| data.time_s(sample)),
         });
     }
-    Ok(Validation { rows, outputs })
+    Ok(Validation {
+        residuals: residual_verdict(model, data, rows.len())?,
+        rows,
+        outputs,
+    })
+}
+
+/// The verdict of the tests at their default options, over fewer lags where the record is short:
+/// their laws hold for correlations over many samples.
+fn residual_verdict(
+    model: &ArxModel,
+    data: &Dataset,
+    rows: usize,
+) -> Result<Option<ResidualVerdict>, IdentError> {
+    let defaults = ResidualOptions::default();
+    let options = ResidualOptions {
+        lags: defaults.lags.min(rows / SAMPLES_PER_LAG),
+        ..defaults
+    };
+    match test_residuals(model, data, &options) {
+        Ok(report) => Ok(Some(report.verdict())),
+        Err(
+            IdentError::TooFewRows { .. }
+            | IdentError::ResidualLags { .. }
+            | IdentError::NoResidual { .. },
+        ) => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 struct Errors {
