@@ -40,14 +40,18 @@
 
 mod arx;
 mod canonical;
+pub mod constrained;
+mod denominator;
 pub mod eiv;
 mod error;
 mod least_squares;
 mod model;
 mod order;
+pub mod output_error;
 mod predict;
 mod realise;
 mod regressor;
+pub mod schedule;
 mod similarity;
 mod structure;
 mod validate;

@@ -141,6 +141,14 @@ impl ArxModel {
         Ok(Self { fitted, max_lag })
     }
 
+    /// The same model with other equations of the same structure.
+    pub(crate) fn with_rows(&self, rows: Vec<ArxRow>) -> Result<Self, IdentError> {
+        Self::new(Fitted {
+            rows,
+            ..self.fitted.clone()
+        })
+    }
+
     /// The input signals (nu).
     pub fn inputs(&self) -> &[Signal] {
         &self.fitted.inputs
@@ -202,7 +210,8 @@ impl ArxModel {
     }
 }
 
-fn check_signals(
+/// Refuses signals with other names than expected, or with another unit where both are known.
+pub(crate) fn check_signals(
     side: &'static str,
     expected: &[Signal],
     found: &[Signal],

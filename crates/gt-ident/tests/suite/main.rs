@@ -11,8 +11,11 @@
 )]
 
 mod common;
+mod constrained;
 mod errors;
 mod fit;
 mod order;
+mod output_error;
 mod realisation;
 mod reference;
+mod schedule;
