@@ -189,12 +189,12 @@ impl QuadraticProgram {
         DimensionError::check("rows of upper", g.nrows(), upper.len())?;
         finite("G", &g)?;
         for row in 0..g.nrows() {
-            let sides = [
-                ("lower", lower[row], f64::INFINITY),
-                ("upper", upper[row], f64::NEG_INFINITY),
+            let excludes_all = [
+                ("lower", lower[row], lower[row] >= f64::INFINITY),
+                ("upper", upper[row], upper[row] <= f64::NEG_INFINITY),
             ];
-            for (what, found, excluded) in sides {
-                if found.is_nan() || found == excluded {
+            for (what, found, excluded) in excludes_all {
+                if found.is_nan() || excluded {
                     let column = 0;
                     return Err(QpError::NotFinite {
                         what,

@@ -67,7 +67,7 @@ impl RowGain {
                 },
             }
         };
-        if self.lower == self.upper {
+        if self.lower >= self.upper {
             return vec![row(self.lower, 0.0, 0.0)];
         }
         let mut rows = Vec::new();

@@ -72,7 +72,7 @@ pub(crate) fn nearest(cost: &RowCost, constraints: &[Constraint]) -> Result<Near
     }
     let p = cost.least_squares.len();
     let (equal, bounded): (Vec<usize>, Vec<usize>) =
-        (0..scaled.len()).partition(|&index| constraints[index].lower == constraints[index].upper);
+        (0..scaled.len()).partition(|&index| constraints[index].lower >= constraints[index].upper);
     let stack = |list: &[usize]| {
         DMatrix::from_fn(list.len(), p, |row, column| scaled[list[row]].unit[column])
     };

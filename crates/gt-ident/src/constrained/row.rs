@@ -78,6 +78,15 @@ pub(crate) fn fit_row(
             reflected_excess: None,
         });
     }
+    if na == 0 {
+        let found = settled(nearest(cost, &gain_rows)?, &gain_rows, gains);
+        return Ok(RowSolution {
+            theta: found.theta,
+            active: found.active,
+            centres: 1,
+            reflected_excess: None,
+        });
+    }
     // The first centre with the inputs' coefficients refitted satisfies every constraint, whatever
     // happens later; fixing the poles leaves each gain free through its input's coefficients.
     let mut centre = reflected(&free, radius)?;

@@ -8,6 +8,7 @@ mod fit;
 mod membership;
 mod model;
 mod predict;
+mod stacked;
 
 pub use fit::{Estimation, ScheduledArx};
 pub use model::{SchedulePoint, ScheduledModel};

@@ -58,12 +58,13 @@ proptest! {
     #[test]
     fn prop_constraints_hold_and_cost_little(
         na in 1_usize..7, nb in 1_usize..4, nu in 1_usize..3, samples in 40_usize..90,
-        pole in 0.9..1.01_f64, deviation in 0.01..3.0_f64, kind in 0_usize..5, seed: u64,
+        pole in 0.9..1.01_f64, deviation in 0.01..3.0_f64, kind in 0_usize..5,
+        radius_kind in 0_usize..3, seed: u64,
     ) {
         let data = slow_record(seed, nu, samples, pole, deviation);
         let structure = diagonal(na, &[nb]);
         let free = Arx::new(structure.clone()).fit(&data).unwrap();
-        let max_radius = [0.999, 0.97, 1.0][seed as usize % 3];
+        let max_radius = [0.999, 0.97, 1.0][radius_kind];
         let mut options = ConstrainedArx::new(structure).max_radius(max_radius);
         let gain = [
             None,
@@ -204,6 +205,79 @@ fn an_equal_gain_is_the_least_squares_on_the_plane() {
     assert!((row.terms[1].coefficient - gain * (1.0 - above / below)).abs() < 1e-7);
     let input = "u1".to_owned();
     assert_eq!(fit.rows[0].active, [ActiveConstraint::DcGain { input }]);
+}
+
+/// The limit case of no poles: two weights with a known sum, by substitution a single weight.
+#[test]
+fn a_finite_impulse_response_takes_a_gain_too() {
+    let data = slow_record(6, 1, 80, 0.8, 0.3);
+    let free = data.relative_to(&data.mean()).unwrap();
+    let (u, y) = (free.u(), free.y());
+    let (mut above, mut below) = (0.0, 0.0);
+    for t in 2..80 {
+        let moved = u[t - 1] - u[t - 2];
+        above += moved * (y[t] - 2.0 * u[t - 2]);
+        below += moved * moved;
+    }
+    let fit = ConstrainedArx::new(diagonal(0, &[2]))
+        .dc_gain("y1", "u1", DcGain::Equal(2.0))
+        .fit(&data)
+        .unwrap();
+    let terms = &fit.model.rows()[0].terms;
+    // The solver's 1e-10, scaled; the sum itself holds to rounding.
+    assert!((terms[0].coefficient - above / below).abs() < 1e-7);
+    assert!((terms[0].coefficient + terms[1].coefficient - 2.0).abs() < 1e-14);
+}
+
+/// Each output has its own row: a constraint on one leaves the others at least squares.
+#[test]
+fn a_constraint_on_one_output_leaves_the_others_alone() {
+    let one = slow_record(7, 2, 200, 0.8, 0.3);
+    let two = slow_record(8, 2, 200, 0.8, 0.3);
+    let mut y = DMatrix::zeros(2, 200);
+    y.set_row(0, &one.y().row(0));
+    y.set_row(1, &(two.y().row(0) + one.y().row(0)));
+    let data = Dataset::new(signals("u", 2), signals("y", 2), one.u().clone(), y, 1.0).unwrap();
+    let fit = ConstrainedArx::new(diagonal(2, &[2, 1]))
+        .dc_gain("y2", "u2", DcGain::Equal(-3.0))
+        .dc_gain("y2", "u1", DcGain::Negative)
+        .fit(&data)
+        .unwrap();
+    let free = Arx::new(diagonal(2, &[2, 1])).fit(&data).unwrap();
+    for (left, right) in fit.model.rows()[0].terms.iter().zip(&free.rows()[0].terms) {
+        assert!((left.coefficient - right.coefficient).abs() < 1e-9);
+    }
+    let gain = fit.model.state_space().unwrap();
+    // C (I - A)^-1 B of the realisation is what was asked for.
+    let system = DMatrix::identity(gain.nx(), gain.nx()) - gain.a();
+    let at_rest = gain.c() * system.lu().solve(gain.b()).unwrap() + gain.d();
+    assert!((at_rest[(1, 1)] + 3.0).abs() < 1e-7);
+    assert!(at_rest[(1, 0)] < 1e-7);
+    assert!(fit.rows[1].cost_ratio > 1.0 && fit.rows[0].cost_ratio == 1.0);
+}
+
+/// Units are arbitrary: pascals or megapascals, the cost ratio is the same, up to the last centre
+/// that gains less than 1e-6.
+#[test]
+fn units_do_not_matter() {
+    for seed in 0..20 {
+        let data = slow_record(seed, 1, 60, 0.999, 0.5);
+        let scaled = Dataset::new(
+            signals("u", 1),
+            signals("y", 1),
+            data.u() * 1e-7,
+            data.y() * 1e6,
+            1.0,
+        )
+        .unwrap();
+        let options = ConstrainedArx::new(diagonal(3, &[3]));
+        let ratio = |data: &Dataset, gain: f64| {
+            let options = options.clone().dc_gain("y1", "u1", DcGain::Equal(gain));
+            options.fit(data).unwrap().rows[0].cost_ratio
+        };
+        let (left, right) = (ratio(&data, 30.0), ratio(&scaled, 30.0e13));
+        assert!((left / right - 1.0).abs() < 1e-4, "{seed}: {left} {right}");
+    }
 }
 
 #[test]

@@ -1,9 +1,11 @@
 //! Refinement on the free-run error.
 
 use gt_core::Dataset;
+use gt_ident::constrained::ConstrainedArx;
 use gt_ident::output_error::{InitialOutputs, OutputErrorRefinement};
 use gt_ident::{Arx, ArxModel, ArxStructure, IdentError};
 use nalgebra::DMatrix;
+use proptest::prelude::*;
 
 use crate::common::*;
 
@@ -144,6 +146,51 @@ fn a_short_record_is_over_fitted_and_refused() {
     }
     println!("refused {refused} of 20");
     assert_eq!(refused, 20);
+}
+
+proptest! {
+    #![proptest_config(cases(60))]
+
+    /// Whatever the records: training errors do not rise, poles stay inside, and a row is new
+    /// exactly where the hold-out record says that it is better.
+    #[test]
+    fn prop_only_what_the_hold_out_record_confirms_is_kept(
+        na in 1_usize..4, nb in 1_usize..4, samples in 30_usize..120,
+        deviation in 0.01..2.0_f64, measured: bool, seed: u64,
+    ) {
+        let mut rng = generator(seed);
+        let form = random_form(&mut rng, &[2, 2], 1, false);
+        let train = record(&mut rng, &form, samples, deviation);
+        let hold_out = record(&mut rng, &form, 60, deviation);
+        let structure = ArxStructure::Diagonal { na, nb: vec![nb], nk: vec![1] };
+        let start = ConstrainedArx::new(structure).fit(&train).unwrap().model;
+        let mut options = OutputErrorRefinement::new();
+        if measured {
+            options = options.initial(InitialOutputs::Measured);
+        }
+        let refined = options.refine(&start, &train, &hold_out).unwrap();
+        let errors = |model: &ArxModel| {
+            let run = model.simulate(&hold_out).unwrap();
+            prop_assert_eq!(&run.diverges_at, &vec![None, None]);
+            let lag = model.max_lag();
+            let e = (hold_out.y() - run.y).columns(lag, 60 - lag).into_owned();
+            Ok((e.component_mul(&e).column_mean()).map(f64::sqrt))
+        };
+        let (before, after) = (errors(&start)?, errors(&refined.model)?);
+        for (index, report) in refined.outputs.iter().enumerate() {
+            prop_assert!(report.train_after <= report.train_before);
+            prop_assert!(report.radius <= 0.9999);
+            let same = refined.model.rows()[index] == start.rows()[index];
+            prop_assert!(report.accepted || same);
+            let (reported_before, reported_after) =
+                (report.hold_out_before.unwrap(), report.hold_out_after.unwrap());
+            prop_assert_eq!(report.accepted, reported_after < reported_before);
+            // Rounding of sums of at most 60 squares.
+            prop_assert!((before[index] / reported_before - 1.0).abs() < 1e-12);
+            let kept = if report.accepted { reported_after } else { reported_before };
+            prop_assert!((after[index] / kept - 1.0).abs() < 1e-12);
+        }
+    }
 }
 
 #[test]
