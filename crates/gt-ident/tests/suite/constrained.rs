@@ -155,7 +155,6 @@ fn unstable_fits_become_stable_for_less_than_reflected_poles() {
         values[values.len() / 2]
     };
     let (constrained, reflected) = (median(&mut constrained), median(&mut reflected));
-    println!("{count} unstable: median {constrained}, reflected {reflected}");
     assert!(count > 20, "{count}");
     assert!(constrained < 1.01, "{constrained}");
     assert!(reflected - 1.0 > 3.0 * (constrained - 1.0), "{reflected}");

@@ -59,7 +59,6 @@ fn an_output_error_system_is_recovered_where_least_squares_is_biased() {
             start += distance(&model) / 10.0;
             refined += distance(&result.model) / 10.0;
         }
-        println!("{samples}: {start} {refined}");
         mean.push((start, refined));
     }
     // Least squares keeps its bias with 16 times the samples, the refined model has a quarter of
@@ -114,7 +113,6 @@ fn initial_outputs_matter_on_short_records() {
             *sum += result.outputs[0].hold_out_after.unwrap().ln() / 40.0;
         }
     }
-    println!("log hold-out: measured {measured}, estimated {estimated}");
     assert!(estimated < measured);
 }
 
@@ -144,7 +142,6 @@ fn a_short_record_is_over_fitted_and_refused() {
             assert!(report.hold_out_after.is_none_or(|after| after >= bound));
         }
     }
-    println!("refused {refused} of 20");
     assert_eq!(refused, 20);
 }
 

@@ -70,7 +70,7 @@ fn free_run_error(run: &gt_ident::FreeRun, data: &Dataset) -> f64 {
 /// Against the best of single models: one fitted at each load, and three to the ramp itself, of
 /// which two have the load as an input.
 #[test]
-fn a_load_ramp_is_followed_several_times_better_than_by_one_model() {
+fn a_load_ramp_is_followed_ten_times_better_than_by_one_model() {
     let values = vec![0.0, 0.1, 0.25, 0.5, 0.75, 1.0];
     let constant: Vec<Dataset> = values
         .iter()
@@ -93,7 +93,6 @@ fn a_load_ramp_is_followed_several_times_better_than_by_one_model() {
         let model = Arx::new(structure).fit(data).unwrap();
         let run = model.simulate(&test).unwrap();
         let error = free_run_error(&run, &test);
-        println!("single {error}");
         single = single.min(error);
     }
     let options = ScheduledArx::new(structure(1, 1), "u2", values);
@@ -110,8 +109,7 @@ fn a_load_ramp_is_followed_several_times_better_than_by_one_model() {
         ("joint", joint),
     ] {
         let error = free_run_error(&model.simulate(&test).unwrap(), &test);
-        println!("{name}: single {single}, scheduled {error}");
-        assert!(error < single / 4.0, "{name}: {error} against {single}");
+        assert!(error < single / 10.0, "{name}: {error} against {single}");
     }
 }
 
@@ -196,7 +194,7 @@ fn equal_points_of_coupled_outputs_are_one_model() {
     assert!(gap.columns(2, 298).amax() < 1e-11);
     // And one point fitted to the record is the fit of the record, but for its constant and for
     // the means, which leave out the first two samples: 3e-2 of noise of 0.2.
-    let one = ScheduledArx::new(structure, "u2", vec![0.0]).fit(&[data.clone()]);
+    let one = ScheduledArx::new(structure, "u2", vec![0.0]).fit(std::slice::from_ref(&data));
     let one = one.unwrap();
     for (left, right) in one.points()[0].model.rows().iter().zip(model.rows()) {
         for (left, right) in left.terms.iter().zip(&right.terms) {
