@@ -10,6 +10,8 @@ mod error;
 #[cfg(feature = "faer")]
 pub mod la;
 mod operating_point;
+#[cfg(feature = "qp")]
+pub mod qp;
 mod signal;
 mod state_space;
 

@@ -1,5 +1,6 @@
 //! What can go wrong in identification.
 
+use gt_core::qp::QpError;
 use gt_core::{DataError, DimensionError, ModelError};
 use thiserror::Error;
 
@@ -110,7 +111,7 @@ pub enum IdentError {
         /// Lag of the dependent regressor in samples.
         lag: usize,
         /// What it depends on.
-        dependence: Dependence,
+        dependence: Box<Dependence>,
         /// Condition of the column-scaled regressor matrix.
         condition: f64,
         /// The largest condition accepted.
@@ -389,5 +390,91 @@ pub enum IdentError {
     ResponseAtPole {
         /// The frequency in Hz.
         frequency_hz: f64,
+    },
+    /// A method takes diagonal structures only.
+    #[error("{method}: expected a diagonal structure (own-output lags only), found {structure}")]
+    NotDiagonal {
+        /// The method.
+        method: &'static str,
+        /// The structure as it prints.
+        structure: String,
+    },
+    /// An option lies outside its range.
+    #[error("option {option}: expected a number {expected}, found {found}")]
+    OptionRange {
+        /// The option.
+        option: &'static str,
+        /// The numbers allowed.
+        expected: &'static str,
+        /// The value found.
+        found: f64,
+    },
+    /// The range of a steady-state gain is empty or not finite.
+    #[error(
+        "gain of `{input}` on `{output}`: expected finite limits with lower <= upper, found \
+         {lower} and {upper}"
+    )]
+    GainRange {
+        /// The output's name.
+        output: String,
+        /// The input's name.
+        input: String,
+        /// Lower limit.
+        lower: f64,
+        /// Upper limit.
+        upper: f64,
+    },
+    /// A steady-state gain is given for an input that the structure leaves out.
+    #[error("gain of `{input}` on `{output}`: expected lags of `{input}` (nb >= 1), found none")]
+    GainWithoutTerms {
+        /// The output's name.
+        output: String,
+        /// The input's name.
+        input: String,
+    },
+    /// The quadratic programme of a constrained fit cannot be solved.
+    #[error("output `{output}`: {source}")]
+    Programme {
+        /// The output's name.
+        output: String,
+        /// Why.
+        source: QpError,
+    },
+    /// A row to be refined has poles outside the largest radius.
+    #[error(
+        "output `{output}`: expected poles within {limit} before the refinement, found {found}; \
+         fit it with constrained least squares first"
+    )]
+    UnstableStart {
+        /// The output's name.
+        output: String,
+        /// The largest modulus allowed.
+        limit: f64,
+        /// The largest modulus found.
+        found: f64,
+    },
+    /// The operating points of a schedule are missing or out of order.
+    #[error("schedule: expected at least 1 finite value, in ascending order, found {found:?}")]
+    ScheduleValues {
+        /// The values found.
+        found: Vec<f64>,
+    },
+    /// An operating point has too few samples around it.
+    #[error("samples around `{channel}` = {value}: expected at least {needed}, found {found}")]
+    SchedulePoint {
+        /// The scheduling channel.
+        channel: String,
+        /// Its value at the point.
+        value: f64,
+        /// Samples needed.
+        needed: usize,
+        /// Samples found.
+        found: usize,
+    },
+    /// A local model has a pole at 1, so that its constant belongs to no operating point.
+    #[error("schedule, point {value}: expected an equilibrium, found a pole at 1")]
+    NoEquilibrium {
+        /// The scheduling channel's value at the point.
+        value: f64,
     },
 }

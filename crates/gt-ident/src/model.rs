@@ -181,6 +181,16 @@ impl ArxModel {
         Self::new(fitted)
     }
 
+    /// The same model with other equations of the same structure; the standard errors, which were
+    /// those of the fit, are gone.
+    pub(crate) fn with_rows(&self, rows: Vec<ArxRow>) -> Result<Self, IdentError> {
+        Self::new(Fitted {
+            rows,
+            standard_errors: None,
+            ..self.fitted.clone()
+        })
+    }
+
     /// The input signals (nu).
     pub fn inputs(&self) -> &[Signal] {
         &self.fitted.inputs
@@ -270,6 +280,7 @@ fn check_standard_errors(lists: &[Vec<f64>], rows: &[ArxRow]) -> Result<(), Iden
     Ok(())
 }
 
+/// Refuses signals with other names than expected, or with another unit where both are known.
 pub(crate) fn check_signals(
     side: &'static str,
     expected: &[Signal],

@@ -6,7 +6,7 @@ use gt_core::la::{as_faer, to_nalgebra};
 use gt_core::{Dataset, DimensionError};
 use nalgebra::DMatrix;
 
-use crate::{ArxModel, CONDITION_LIMIT, Channel, IdentError};
+use crate::{ArxModel, CONDITION_LIMIT, Channel, Dependence, IdentError};
 
 /// The covariance of the coefficients of each row, `sigma^2 (Phi' Phi)^-1 (p x p)`, in the order of
 /// the row's terms, from the record that the model was fitted to (Ljung 1999, eq. 9.42).
@@ -136,6 +136,7 @@ fn inverse_root(
             lag: term.lag,
             condition,
             limit: CONDITION_LIMIT,
+            dependence: Box::new(Dependence::Unclear),
         });
     }
     for (mut row, scale) in inverse.row_iter_mut().zip(&scales) {

@@ -151,7 +151,8 @@ impl ArxModel {
     }
 }
 
-fn contribution(term: &Term, y: &DMatrix<f64>, u: &DMatrix<f64>, t: usize) -> f64 {
+/// The value of one term at `t` (`y` and `u` are `N x channels`).
+pub(crate) fn contribution(term: &Term, y: &DMatrix<f64>, u: &DMatrix<f64>, t: usize) -> f64 {
     let value = match term.channel {
         Channel::Output(index) => y[(t - term.lag, index)],
         Channel::Input(index) => u[(t - term.lag, index)],
@@ -161,7 +162,7 @@ fn contribution(term: &Term, y: &DMatrix<f64>, u: &DMatrix<f64>, t: usize) -> f6
 
 /// The deviation beyond which a free run counts as diverged; 1 stands for the range of an output
 /// that neither moves nor leaves the operating point.
-fn divergence_limit<'a>(deviations: impl Iterator<Item = &'a f64>) -> f64 {
+pub(crate) fn divergence_limit<'a>(deviations: impl Iterator<Item = &'a f64>) -> f64 {
     let (low, high, most) = deviations.fold(
         (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64),
         |(low, high, most), &x| (low.min(x), high.max(x), most.max(x.abs())),

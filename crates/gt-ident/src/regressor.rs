@@ -35,6 +35,16 @@ impl Deviations {
         let column = &matrix.as_slice()[index * samples..(index + 1) * samples];
         &column[rows.start - regressor.lag..rows.end - regressor.lag]
     }
+
+    /// The regressor matrix (`rows x regressors`), for records that are small or weighted; a fit
+    /// of a long record never forms it.
+    pub fn design(&self, regressors: &[Regressor], rows: &Range<usize>) -> DMatrix<f64> {
+        let mut design = DMatrix::zeros(rows.len(), regressors.len());
+        for (mut column, &regressor) in design.column_iter_mut().zip(regressors) {
+            column.copy_from_slice(self.lagged(regressor, rows));
+        }
+        design
+    }
 }
 
 /// Refuses a channel of the record that does not vary: a range within rounding of its size.

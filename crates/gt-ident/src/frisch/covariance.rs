@@ -54,10 +54,7 @@ impl LaggedCovariance {
         let columns: Vec<Regressor> = (0..record.scales.len())
             .flat_map(|index| (0..=max_lag).map(move |lag| record_column(index, lag)))
             .collect();
-        let mut design = DMatrix::zeros(window.len(), columns.len());
-        for (mut column, &regressor) in design.column_iter_mut().zip(&columns) {
-            column.copy_from_slice(record.samples.lagged(regressor, &window));
-        }
+        let design = record.samples.design(&columns, &window);
         let root = triangular_factor(&design) / (window.len() as f64).sqrt();
         Ok(Self {
             root,

@@ -92,10 +92,10 @@ impl AdmissibleSurface {
                 lag,
                 condition: solution.condition,
                 limit: CONDITION_LIMIT,
-                dependence: Dependence::Combination {
+                dependence: Box::new(Dependence::Combination {
                     of: vec!["the other lagged channels".to_owned()],
                     more: 0,
-                },
+                }),
             });
         }
         let root = triangular_factor(&samples);

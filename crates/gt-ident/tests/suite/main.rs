@@ -11,17 +11,20 @@
 )]
 
 mod common;
-mod eiv_model;
+mod constrained;
 mod eiv;
+mod eiv_model;
 mod errors;
 mod fit;
-mod frisch;
 mod frequency_response;
+mod frisch;
 mod known;
 mod order;
+mod output_error;
 mod pole_zero;
 mod realisation;
 mod reference;
+mod residual_tests;
+mod schedule;
 mod solvers;
 mod spread;
-mod residual_tests;
