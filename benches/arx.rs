@@ -174,7 +174,7 @@ fn fits(data: &Dataset, rounds: usize) -> Result<(), Box<dyn Error>> {
         nb: vec![ORDER],
         nk: vec![1],
     };
-    let arx = Arx::new(structure);
+    let arx = Arx::new(structure).solver(Solver::Automatic);
     let blocked = arx.clone().solver(Solver::Qr);
     let reference = solve(&full_factor(data, ORDER, ORDER), ny).ok_or("full QR: singular")?;
     let (fit, qr) = (arx.fit_in_full(&[data])?, blocked.fit_in_full(&[data])?);
@@ -219,7 +219,7 @@ fn fits(data: &Dataset, rounds: usize) -> Result<(), Box<dyn Error>> {
                 }),
             ),
             (
-                "gtfdi Arx::fit",
+                "gtfdi Arx::fit, automatic",
                 Box::new(|| {
                     let _ = black_box(arx.fit(black_box(data)));
                 }),

@@ -447,12 +447,7 @@ pub(crate) fn rank_deficient(
         output: outputs[output].name.clone(),
         channel: channel_name(inputs, outputs, blamed.channel).to_owned(),
         lag: blamed.lag,
-        dependence: Box::new(explain(
-            records,
-            (inputs, outputs),
-            regressors,
-            solution,
-        )),
+        dependence: Box::new(explain(records, (inputs, outputs), regressors, solution)),
         condition: solution.condition,
         limit: CONDITION_LIMIT,
     }
