@@ -119,16 +119,18 @@ fn structures_that_do_not_fit_are_refused() {
     for (rows, what, expected, found) in [
         (vec![lags(2, &[1]); 2], "outputs of the structure", 1, 2),
         (vec![lags(2, &[1, 1])], "inputs of the structure", 1, 2),
-        (
-            vec![lags(2, &[1]), lags(2, &[1, 1])],
-            "inputs of an errors-in-variables row",
-            1,
-            2,
-        ),
     ] {
         let error = DimensionError::check(what, expected, found).unwrap_err();
         assert_eq!(refused(rows), IdentError::Dimension(error));
     }
+    // Rows of one model share its inputs.
+    let rows = [lags(2, &[1]), lags(2, &[1, 1])];
+    let spectrum = system.spectrum(4).unwrap();
+    let error = DimensionError::check("inputs of an errors-in-variables row", 1, 2).unwrap_err();
+    assert_eq!(
+        Likelihood::new(&rows, &spectrum).unwrap_err(),
+        IdentError::Dimension(error)
+    );
 }
 
 #[test]
