@@ -190,10 +190,13 @@ impl OutputErrorRefinement {
                 rows[index] = model.rows()[index].clone();
             }
         }
-        Ok(Refined {
-            model: model.with_rows(rows)?,
-            outputs,
-        })
+        // A model that nothing of was accepted keeps its standard errors too.
+        let model = if outputs.iter().any(|report| report.accepted) {
+            model.with_rows(rows)?
+        } else {
+            model.clone()
+        };
+        Ok(Refined { model, outputs })
     }
 }
 
