@@ -7,6 +7,7 @@ mod bad_option;
 mod bad_record;
 mod bad_scenario;
 mod config;
+mod errors_in_variables;
 mod identify;
 mod maps;
 mod order;

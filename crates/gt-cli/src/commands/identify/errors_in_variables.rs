@@ -10,7 +10,7 @@ use gtfdi::ident::eiv::{Eiv, EivLags, EivModel, EivOrderTable, eiv_order_table};
 use gtfdi::ident::frisch::{self, Frisch};
 
 use super::structure::{Order, parse_order};
-use super::{Identified, Model, Orders, refuse_criterion};
+use super::{Identified, Model, Orders};
 use crate::cli::{Criterion, IdentifyArgs, Method};
 use crate::failure::Failure;
 
@@ -20,7 +20,12 @@ const CRITERION_LAGS: usize = 5;
 const AUTO_ORDERS: RangeInclusive<usize> = 1..=6;
 
 /// Fits a relation an output, with the noise of every channel.
-pub fn identify(args: &IdentifyArgs, path: &Path, train: &Dataset) -> Result<Identified, Failure> {
+pub fn identify(
+    method: Method,
+    args: &IdentifyArgs,
+    path: &Path,
+    train: &Dataset,
+) -> Result<Identified, Failure> {
     let in_file = |error| Failure::in_file(path, error);
     let mut warnings = Vec::new();
     let nk = smallest_lags(args, train.nu())?;
@@ -44,36 +49,31 @@ pub fn identify(args: &IdentifyArgs, path: &Path, train: &Dataset) -> Result<Ide
         None => return Err(Failure::missing("--order", "--order auto")),
     };
     let lags = EivLags::new(order, nk).map_err(Failure::input)?;
-    let (kind, model) = match args.method {
-        Some(Method::Frisch) => {
-            let scheme = Frisch::new(lags).criterion(match args.criterion {
-                Some(Criterion::Shift) => frisch::Criterion::ShiftRelation,
-                Some(Criterion::Covariance) => frisch::Criterion::CovarianceMatch {
-                    lags: order + CRITERION_LAGS,
-                },
-                Some(Criterion::YuleWalker) | None => frisch::Criterion::HighOrderYuleWalker {
-                    lags: CRITERION_LAGS,
-                },
-            });
-            let found = scheme.fit_shared(train).map_err(in_file)?;
-            (ModelKind::Frisch, found.model(train).map_err(in_file)?)
+    let (kind, model) = if method == Method::Frisch {
+        let scheme = Frisch::new(lags).criterion(match args.criterion {
+            Some(Criterion::Shift) => frisch::Criterion::ShiftRelation,
+            Some(Criterion::Covariance) => frisch::Criterion::CovarianceMatch {
+                lags: order + CRITERION_LAGS,
+            },
+            Some(Criterion::YuleWalker) | None => frisch::Criterion::HighOrderYuleWalker {
+                lags: CRITERION_LAGS,
+            },
+        });
+        let found = scheme.fit_shared(train).map_err(in_file)?;
+        (ModelKind::Frisch, found.model(train).map_err(in_file)?)
+    } else {
+        let eiv = Eiv::new(vec![lags; train.ny()]);
+        let found = eiv.fit(train).map_err(in_file)?;
+        if found.short_record {
+            warnings.push(format!(
+                "{} rows are few for this model: the standard errors promise too much",
+                train.len()
+            ));
         }
-        _ => {
-            refuse_criterion(args.criterion)?;
-            let found = Eiv::new(vec![lags; train.ny()])
-                .fit(train)
-                .map_err(in_file)?;
-            if found.short_record {
-                warnings.push(format!(
-                    "{} rows are few for this model: the standard errors promise too much",
-                    train.len()
-                ));
-            }
-            if !found.converged {
-                warnings.push("the search for the likelihood's maximum did not end".to_owned());
-            }
-            (ModelKind::Eiv, found.model(train).map_err(in_file)?)
+        if !found.converged {
+            warnings.push("the search for the likelihood's maximum did not end".to_owned());
         }
+        (ModelKind::Eiv, found.model(train).map_err(in_file)?)
     };
     warnings.extend(not_told(&model));
     Ok(Identified {

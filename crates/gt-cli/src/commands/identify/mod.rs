@@ -14,7 +14,7 @@ use gtfdi::ident::eiv::{EivModel, EivOrderTable};
 use gtfdi::ident::{Arx, ArxModel, OrderTable, validate};
 use serde::Serialize;
 
-use self::report::{Report, noise_reports, output_reports, standard_errors, text};
+use self::report::{Report, noise_reports, noise_variances, output_reports, standard_errors, text};
 use self::structure::{Chosen, choose};
 use super::SCHEMA_VERSION;
 use crate::Outcome;
@@ -179,13 +179,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
     let (train, validation) = (rows(&train_rows)?, rows(&validation_rows)?);
 
     let method = args.method.unwrap_or(Method::Arx);
-    let identified = match method {
-        Method::Arx => {
-            refuse_criterion(args.criterion)?;
-            by_least_squares(&args, &path, &train)?
-        }
-        Method::Frisch | Method::Eiv => errors_in_variables::identify(&args, &path, &train)?,
-    };
+    let identified = fit(method, &args, &path, &train)?;
     for warning in identified.warnings {
         complain(&format!("warning: {}: {warning}", path.display()));
         warnings.push(warning);
@@ -221,12 +215,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         validation_rows: absolute(validation_rows),
         outputs: output_reports(model, &scores),
         standard_errors: standard_errors(model),
-        noise_variances: identified.model.eiv().map(|model| {
-            let noise = model.noise();
-            noise
-                .map(|(signal, noise)| (signal.name.as_str(), noise.variance))
-                .collect()
-        }),
+        noise_variances: identified.model.eiv().map(noise_variances),
         noise,
         order_table: identified.orders.as_ref(),
         input_sha256: &imported.sha256,
@@ -239,6 +228,22 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         print(&text(&report, train.len()))?;
     }
     Ok(Outcome::Done)
+}
+
+/// Fits the model by the method.
+fn fit(
+    method: Method,
+    args: &IdentifyArgs,
+    path: &Path,
+    train: &Dataset,
+) -> Result<Identified, Failure> {
+    if method != Method::Frisch {
+        refuse_criterion(args.criterion)?;
+    }
+    match method {
+        Method::Arx => by_least_squares(args, path, train),
+        Method::Frisch | Method::Eiv => errors_in_variables::identify(method, args, path, train),
+    }
 }
 
 /// A criterion chooses a point of the Frisch scheme and nothing else.

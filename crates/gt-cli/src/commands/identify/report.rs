@@ -76,6 +76,14 @@ pub fn standard_errors(model: &ArxModel) -> Option<BTreeMap<&str, Vec<f64>>> {
     Some(names.zip(errors.iter().cloned()).collect())
 }
 
+/// The noise variances, by channel.
+pub fn noise_variances(model: &EivModel) -> BTreeMap<&str, f64> {
+    let noise = model.noise();
+    noise
+        .map(|(signal, noise)| (signal.name.as_str(), noise.variance))
+        .collect()
+}
+
 /// The noise of the channels of a model.
 pub fn noise_reports(model: &EivModel) -> Vec<NoiseReport<'_>> {
     let channels = model.noise().map(|(signal, noise)| NoiseReport {
