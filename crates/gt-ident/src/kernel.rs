@@ -1,12 +1,12 @@
 //! Products of lagged channels with vectors: the two inner loops of every pass over a record.
 //!
 //! With AVX2 and fused multiplication, found at run time, they do 8 to 11 multiplications a
-//! nanosecond on the machine they were written on, in the portable build 3 to 4.6: without them a
-//! fit takes about twice as long. The results of the two differ by rounding.
+//! nanosecond on the machine they were written on, in the portable build 3 to 4.6; what share of a
+//! fit that is has not been measured. The results of the two differ by rounding.
 #![allow(
     unsafe_code,
     reason = "two calls of functions that use an instruction set whose presence is asked for \
-              beforehand; the tests below compare both ways, and a fit is twice as fast"
+              beforehand; the tests below compare both ways, and each loop is 2 to 3 times as fast"
 )]
 
 /// Rows in a tile of [`combine`]: wide enough that the sums of eight registers run side by side.

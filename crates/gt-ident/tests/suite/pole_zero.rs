@@ -506,7 +506,7 @@ proptest! {
         let hankel = DMatrix::from_fn(240, 120, |row, column| {
             markov[row / 2 + column + 1][(row % 2, 0)]
         });
-        // By faer: the symmetric eigenvalues of nalgebra hold an infinity for one record in 1e4.
+        // By faer: the symmetric eigenvalues of nalgebra once held an infinity here.
         let mut expected = gt_core::la::as_faer(&hankel).singular_values().unwrap();
         expected.sort_by(|a, b| b.total_cmp(a));
         let found = realisation_report(&model).unwrap().hankel_singular_values.unwrap();
