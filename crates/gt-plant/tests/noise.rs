@@ -363,7 +363,7 @@ fn impossible_noise_is_refused() {
         error.to_string()
     };
     let plain = ChannelNoise::default();
-    let at_least = "expected a finite number of at least 0, found";
+    let at_least = "expected a number from 0 to 1e12, found";
     for (own, expected) in [
         (deviation(-1.0), format!("deviation: {at_least} -1")),
         (

@@ -68,7 +68,7 @@ fn impossible_values_name_their_file() {
         ),
         (
             "[noise.channels.t3]\ndeviation = -1.0\n",
-            "noise of t3, deviation: expected a finite number of at least 0, found -1",
+            "noise of t3, deviation: expected a number from 0 to 1e12, found -1",
         ),
         (
             "[noise.channels.P_e]\ndeviation = 1.0\n",

@@ -109,7 +109,7 @@ fn maps_that_are_none_name_their_file() {
         (
             "--turbine-map",
             "kind.toml",
-            "map of the turbine: expected one of that kind, found one of kind Compressor",
+            "map of the turbine: expected one of that kind, found one of kind compressor",
         ),
         (
             "--compressor-map",
