@@ -197,40 +197,38 @@ pub fn text(report: &Report, train_rows: usize) -> String {
 
 /// The criteria of ARX orders.
 fn arx_orders(orders: &OrderTable) -> String {
-    let rows: Vec<Vec<String>> = orders
-        .rows
-        .iter()
-        .map(|row| {
-            vec![
-                row.order.to_string(),
-                row.parameters.to_string(),
-                format!("{:.1}", row.aic),
-                format!("{:.1}", row.mdl),
-                number(Some(row.fpe)),
-                number(Some(row.ppcre_percent)),
-            ]
-        })
-        .collect();
+    let rows = orders.rows.iter().map(|row| {
+        let criteria = [row.aic, row.mdl].map(|value| format!("{value:.1}"));
+        let errors = [row.fpe, row.ppcre_percent].map(|value| number(Some(value)));
+        order_cells(
+            row.order,
+            row.parameters,
+            criteria.into_iter().chain(errors),
+        )
+    });
     let head = ["order", "parameters", "AIC", "MDL", "FPE", "PPCRE %"];
-    let best = orders.best_mdl();
-    format!("{}chosen by MDL: order {best}\n", table(&head, &rows))
+    let table = table(&head, &rows.collect::<Vec<_>>());
+    format!("{table}chosen by MDL: order {}\n", orders.best_mdl())
 }
 
 /// The criteria of errors-in-variables orders.
 fn eiv_orders(orders: &EivOrderTable) -> String {
-    let rows: Vec<Vec<String>> = orders
-        .rows
-        .iter()
-        .map(|row| {
-            vec![
-                row.order.to_string(),
-                row.parameters.to_string(),
-                format!("{:.1}", row.aic),
-                format!("{:.1}", row.bic),
-            ]
-        })
-        .collect();
+    let rows = orders.rows.iter().map(|row| {
+        let criteria = [row.aic, row.bic].map(|value| format!("{value:.1}"));
+        order_cells(row.order, row.parameters, criteria.into_iter())
+    });
+    let head = ["order", "parameters", "AIC", "BIC"];
+    let table = table(&head, &rows.collect::<Vec<_>>());
     let best = orders.best_bic();
-    let table = table(&["order", "parameters", "AIC", "BIC"], &rows);
     format!("{table}chosen by the likelihood's BIC: order {best}\n")
+}
+
+/// A row of a table of orders.
+fn order_cells(
+    order: usize,
+    parameters: usize,
+    criteria: impl Iterator<Item = String>,
+) -> Vec<String> {
+    let counts = [order, parameters].map(|count| count.to_string());
+    counts.into_iter().chain(criteria).collect()
 }
