@@ -48,6 +48,7 @@ pub mod eiv;
 mod error;
 mod estimate;
 mod factor;
+mod free_run;
 mod frequency_response;
 pub mod frisch;
 mod gram;
@@ -81,6 +82,7 @@ pub use dependence::Dependence;
 pub use distributions::{chi_square_tail, chi_square_threshold, normal_quantile};
 pub use error::IdentError;
 pub use estimate::Estimate;
+pub use free_run::{DIVERGENCE_FACTOR, FreeRun, Start};
 pub use frequency_response::{FrequencyPoint, dc_gains, frequency_response};
 pub use index_search::{INDEX_SET_LIMIT, IndexRow, IndexTable, index_table};
 pub use least_squares::CONDITION_LIMIT;
@@ -88,7 +90,7 @@ pub use model::{ArxModel, ArxRow, Term};
 pub use options::{Centre, EquationErrors, Missing, SolvedBy, Solver};
 pub use order::{OrderKind, OrderRow, OrderTable, order_table};
 pub use parameter_covariance::parameter_covariance;
-pub use predict::{DIVERGENCE_FACTOR, FreeRun};
+
 pub use realisation_report::{
     CONDITION_WARNING, HANKEL_TOLERANCE, RealisationReport, RealisationWarning, realisation_report,
 };
@@ -99,4 +101,4 @@ pub use residual_tests::{
 };
 pub use similarity::{RANK_TOLERANCE, Similarity};
 pub use structure::{ArxStructure, Channel, Regressor, generic_indices};
-pub use validate::{OutputFit, Validation, validate};
+pub use validate::{OutputFit, Validation, validate, validate_from};

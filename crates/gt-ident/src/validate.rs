@@ -6,7 +6,7 @@ use gt_core::Dataset;
 use serde::Serialize;
 
 use crate::regressor::check_varies;
-use crate::{ArxModel, IdentError, ResidualOptions, ResidualVerdict, test_residuals};
+use crate::{ArxModel, IdentError, ResidualOptions, ResidualVerdict, Start, test_residuals};
 
 /// The errors of a model on a record, one step ahead and in free run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -21,8 +21,8 @@ pub struct Validation {
     pub residuals: Option<ResidualVerdict>,
 }
 
-/// The errors of one output. `prediction` is one step ahead, `simulation` is the free run from the
-/// first `max_lag` measured outputs, `None` where that diverges.
+/// The errors of one output. `prediction` is one step ahead, `simulation` is the free run, `None` where
+/// that diverges.
 ///
 /// With `e = y - yhat` over the rows that count: fit `= 100 (1 - |e| / |y - mean y|)`,
 /// PPCRE `= 100 std(e) / std(y)`, SSE `= mean(e^2) / var(y)`; population moments.
@@ -49,12 +49,25 @@ pub struct OutputFit {
 /// Residuals that the verdict takes for each lag of its correlations.
 const SAMPLES_PER_LAG: usize = 5;
 
-/// The errors of `model` on `data`.
+/// The errors of `model` on `data`; the free run starts from the first `max_lag` measured outputs.
+///
+/// # Errors
+/// As [`validate_from`].
+pub fn validate(model: &ArxModel, data: &Dataset) -> Result<Validation, IdentError> {
+    validate_from(model, data, Start::Measured)
+}
+
+/// The errors of `model` on `data`, with the free run from the given start: [`Start::Fitted`] for a
+/// record that is noisy, above all for the relation of an errors-in-variables model.
 ///
 /// # Errors
 /// As [`ArxModel::predict`]; [`IdentError::TooFewRows`] below `max_lag + 2` samples;
 /// [`IdentError::ConstantChannel`] for an output that does not vary over the rows that count.
-pub fn validate(model: &ArxModel, data: &Dataset) -> Result<Validation, IdentError> {
+pub fn validate_from(
+    model: &ArxModel,
+    data: &Dataset,
+    start: Start,
+) -> Result<Validation, IdentError> {
     model.check_record(data)?;
     let needed = model.max_lag().saturating_add(2);
     if data.len() < needed {
@@ -66,7 +79,7 @@ pub fn validate(model: &ArxModel, data: &Dataset) -> Result<Validation, IdentErr
         });
     }
     let predicted = model.predict(data)?;
-    let free_run = model.simulate(data)?;
+    let free_run = model.simulate_from(data, start)?;
     let rows = model.max_lag()..data.len();
     let mut outputs = Vec::with_capacity(data.ny());
     for (index, signal) in data.outputs().iter().enumerate() {

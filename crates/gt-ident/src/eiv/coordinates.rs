@@ -47,6 +47,13 @@ impl Coordinates {
         }
     }
 
+    /// Where the reflection coefficients stand among the coordinates.
+    pub fn reflections(&self) -> Vec<usize> {
+        let rows = self.layout.lags.iter().zip(self.layout.row_starts());
+        rows.flat_map(|(lags, start)| start..start + lags.order())
+            .collect()
+    }
+
     /// The point at `x`, and its Jacobian (square) where asked for.
     pub fn point(&self, x: &[f64], point: &mut [f64], mut jacobian: Option<&mut DMatrix<f64>>) {
         point.copy_from_slice(x);

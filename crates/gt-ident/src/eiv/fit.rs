@@ -20,12 +20,14 @@ use crate::IdentError;
 /// | `lags` | none | lags of each output's relation | one per output |
 /// | `autoregression_order` | `max(2 n, min(60, N / (8 (m + r))))` | order of the spectrum | `1..` |
 /// | `frequencies` | 256, 128 for several outputs | points of the likelihood | `1..` |
+/// | `pole_prior` | 0 | weight of the prior that keeps needless poles off the unit circle | `0..` |
 /// | `starts` | none | points to start from beside the built-in ones | one pair per output |
 #[derive(Debug, Clone, PartialEq)]
 pub struct Eiv {
     lags: Vec<EivLags>,
     autoregression_order: Option<usize>,
     frequencies: Option<usize>,
+    pole_prior: f64,
     starts: Vec<Vec<(EivRow, NoiseVariances)>>,
 }
 
@@ -36,6 +38,7 @@ impl Eiv {
             lags,
             autoregression_order: None,
             frequencies: None,
+            pole_prior: 0.0,
             starts: Vec::new(),
         }
     }
@@ -51,6 +54,25 @@ impl Eiv {
     #[must_use]
     pub fn frequencies(mut self, count: usize) -> Self {
         self.frequencies = Some(count.max(1));
+        self
+    }
+
+    /// The same model with a prior on the poles: `-2 ln L` grows by `-weight sum ln(1 - k^2)` over the
+    /// reflection coefficients `k` of all denominators (the density `prod (1 - k^2)^(weight / 2)`).
+    ///
+    /// An order beyond what the record tells leaves poles that nearly cancel; without a prior they may
+    /// ring at frequencies where the inputs have less power than their noise, and a free run is lost in
+    /// it. A weight of 10 holds them off the circle; on a slow plant in strong noise it costs accuracy
+    /// (S2 at 10 dB, N = 2000: RMSE 1.6 instead of 1.0 bounds; with a weight of 1: no more than 1.05).
+    /// The better cure is the order that [`super::eiv_order_table`] finds. Deviations are those without
+    /// the prior. A weight that is negative or not finite counts as 0.
+    #[must_use]
+    pub fn pole_prior(mut self, weight: f64) -> Self {
+        self.pole_prior = if weight.is_finite() {
+            weight.max(0.0)
+        } else {
+            0.0
+        };
         self
     }
 
@@ -99,7 +121,8 @@ impl Eiv {
             .iter()
             .map(|start| scaled_start(&layout, &record.scales, start))
             .collect();
-        let joint = estimate(&record.spectrum, &self.lags, &starts, None)?;
+        let prior = self.pole_prior / record.samples as f64;
+        let joint = estimate(&record.spectrum, &self.lags, &starts, None, prior)?;
         finish(data, &layout, &record, &joint.together)
     }
 

@@ -179,8 +179,11 @@ impl Parts {
     }
 }
 
-/// Standard deviations and covariance from the information of a whole record; infinite where it
-/// is singular.
+/// A coordinate takes part in a direction from this share of it on.
+const PART: f64 = 1e-6;
+
+/// The covariance from the information of a whole record. Where the information is singular, the
+/// entries of the parameters that take part in what the record does not tell are infinite.
 pub(super) fn covariance(information: &DMatrix<f64>) -> DMatrix<f64> {
     // Scaled to a unit diagonal: coefficients and variances differ by orders of magnitude.
     let scale = information.diagonal().map(|value| value.sqrt().recip());
@@ -188,11 +191,55 @@ pub(super) fn covariance(information: &DMatrix<f64>) -> DMatrix<f64> {
     let scaled = DMatrix::from_fn(count, count, |i, j| {
         information[(i, j)] * scale[i] * scale[j]
     });
-    let inverse = scaled.cholesky().map(|factor| factor.inverse());
-    match inverse {
-        Some(inverse) => {
-            DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j])
+    if !scaled.iter().all(|value| value.is_finite()) {
+        return DMatrix::from_element(count, count, f64::INFINITY);
+    }
+    let inverse = match scaled.clone().cholesky() {
+        Some(factor) => factor.inverse(),
+        None => partial_inverse(scaled),
+    };
+    DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j])
+}
+
+/// The inverse of a positive semidefinite matrix on its range, infinite in the rows and columns of
+/// the coordinates that take part in its null space.
+fn partial_inverse(matrix: DMatrix<f64>) -> DMatrix<f64> {
+    let count = matrix.nrows();
+    let eigen = matrix.symmetric_eigen();
+    let floor = count as f64 * f64::EPSILON * eigen.eigenvalues.amax();
+    let mut unknown = vec![false; count];
+    let mut inverse = DMatrix::zeros(count, count);
+    for (vector, &value) in eigen.eigenvectors.column_iter().zip(&eigen.eigenvalues) {
+        if value > floor {
+            inverse.ger(1.0 / value, &vector, &vector, 1.0);
+        } else {
+            let parts = unknown.iter_mut().zip(&vector);
+            parts.for_each(|(unknown, part)| *unknown |= part.abs() > PART);
         }
-        None => DMatrix::from_element(count, count, f64::INFINITY),
+    }
+    for index in (0..count).filter(|&index| unknown[index]) {
+        inverse.row_mut(index).fill(f64::INFINITY);
+        inverse.column_mut(index).fill(f64::INFINITY);
+    }
+    inverse
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_direction_that_is_not_told_leaves_the_others_their_deviations() {
+        // The first two only as their sum, the third alone.
+        let entries = [4.0, 4.0, 0.0, 4.0, 4.0, 0.0, 0.0, 0.0, 25.0];
+        let information = DMatrix::from_row_slice(3, 3, &entries);
+        let found = covariance(&information);
+        assert_eq!(found[(0, 0)], f64::INFINITY);
+        assert_eq!(found[(1, 1)], f64::INFINITY);
+        // 1 / 25, by one division each way.
+        assert!(
+            (found[(2, 2)] - 0.04).abs() <= 4.0 * f64::EPSILON,
+            "{found}"
+        );
     }
 }

@@ -21,13 +21,14 @@ fn one_output(
     lags: &EivLags,
     given: &[Vec<f64>],
     below: Option<&Refined>,
+    prior: f64,
 ) -> Option<Refined> {
     let moments = Moments::new(spectrum, lags);
     let largest = moments.largest_variances()?;
     let mut points = given.to_vec();
     if let Ok(lower) = EivLags::new(lags.order() - 1, lags.nk().to_vec()) {
         let climbed = if below.is_none() {
-            one_output(spectrum, &lower, &[], None)
+            one_output(spectrum, &lower, &[], None, prior)
         } else {
             None
         };
@@ -43,7 +44,7 @@ fn one_output(
         point.extend(start.variances);
         points.push(point);
     }
-    let mut problem = Problem::new(std::slice::from_ref(lags), spectrum, &largest).ok()?;
+    let mut problem = Problem::new(std::slice::from_ref(lags), spectrum, &largest, prior).ok()?;
     problem.solve(&points, given.len())
 }
 
@@ -85,12 +86,14 @@ pub(super) struct Joint {
 /// less by one, where there is one.
 ///
 /// Several outputs are first estimated one by one; their points, with the mean and with the least
-/// of their input variances, are where the joint descent starts.
+/// of their input variances, are where the joint descent starts. `prior` is the weight of the prior on
+/// the poles over the number of samples.
 pub(super) fn estimate(
     spectrum: &Spectrum,
     lags: &[EivLags],
     given: &[Vec<f64>],
     below: Option<&Joint>,
+    prior: f64,
 ) -> Result<Joint, IdentError> {
     let layout = Layout::new(lags)?;
     let (m, r) = (layout.outputs, layout.inputs);
@@ -119,8 +122,8 @@ pub(super) fn estimate(
             })
             .collect();
         let below = below.map(|below| &below.singles[output]);
-        let single =
-            one_output(&marginal, own, &given, below).ok_or(IdentError::EivNoStart { output })?;
+        let single = one_output(&marginal, own, &given, below, prior)
+            .ok_or(IdentError::EivNoStart { output })?;
         singles.push(single);
     }
     if m == 1 {
@@ -137,7 +140,7 @@ pub(super) fn estimate(
         let lower = lower?;
         points.extend(CANCELLING.map(|root| extended(&lower, &below.together.point, root)));
     }
-    let mut together = Problem::new(lags, spectrum, &largest)?
+    let mut together = Problem::new(lags, spectrum, &largest, prior)?
         .solve(&points, given.len())
         .ok_or(IdentError::EivNoStart { output: 0 })?;
     together.evaluations += singles

@@ -83,7 +83,7 @@ pub fn eiv_order_table(
     let mut rows = Vec::new();
     for order in orders {
         let lags = vec![EivLags::new(order, nk.to_vec())?; outputs];
-        let joint = estimate(&record.spectrum, &lags, &[], below.as_ref())?;
+        let joint = estimate(&record.spectrum, &lags, &[], below.as_ref(), 0.0)?;
         let parameters = lags.iter().map(EivLags::parameters).sum::<usize>();
         let (fit, count) = (samples as f64 * joint.together.value, parameters as f64);
         rows.push(EivOrderRow {

@@ -33,7 +33,10 @@ pub(super) struct Refined {
     pub point: Vec<f64>,
     /// Which variances stand at their bounds: lower, upper.
     pub at_bounds: Vec<(bool, bool)>,
+    /// `f` of the likelihood.
     pub value: f64,
+    /// `f` and the prior, which was minimised.
+    objective: f64,
     pub converged: bool,
     pub evaluations: usize,
 }
@@ -42,6 +45,8 @@ pub(super) struct Refined {
 pub(super) struct Problem<'a> {
     likelihood: Likelihood<'a>,
     coordinates: Coordinates,
+    /// The weight of the prior on the poles over the number of samples.
+    prior: f64,
 }
 
 impl<'a> Problem<'a> {
@@ -50,10 +55,12 @@ impl<'a> Problem<'a> {
         lags: &[EivLags],
         spectrum: &'a Spectrum,
         largest: &[f64],
+        prior: f64,
     ) -> Result<Self, IdentError> {
         Ok(Self {
             likelihood: Likelihood::new(lags, spectrum)?,
             coordinates: Coordinates::new(Layout::new(lags)?, largest),
+            prior,
         })
     }
 
@@ -88,7 +95,7 @@ impl<'a> Problem<'a> {
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         let followed = ranked.into_iter().take(FOLLOWED.max(always + 2));
         let ends = followed.map(|(_, x)| self.descend(x));
-        ends.min_by(|a, b| a.value.total_cmp(&b.value))
+        ends.min_by(|a, b| a.objective.total_cmp(&b.objective))
     }
 
     /// Descends from `x`; the metric is twice the information a sample, the Hessian of `f` to
@@ -97,12 +104,14 @@ impl<'a> Problem<'a> {
         let Self {
             likelihood,
             coordinates,
+            prior,
         } = self;
         let count = x.len();
         let mut point = vec![0.0; count];
         let mut inner = point.clone();
         let mut jacobian = DMatrix::identity(count, count);
-        let (mut value, mut converged, mut evaluations) = (f64::INFINITY, false, 0);
+        let reflections = coordinates.reflections();
+        let (mut objective, mut converged, mut evaluations) = (f64::INFINITY, false, 0);
         for _ in 0..ROUNDS {
             coordinates.point(&x, &mut point, Some(&mut jacobian));
             let metric = likelihood.information(&point).ok().map(|information| {
@@ -113,6 +122,9 @@ impl<'a> Problem<'a> {
                         metric[(index, index)] += VARIANCE_RIDGE;
                     }
                 }
+                for &index in &reflections {
+                    metric[(index, index)] += *prior * pole_prior_curvature(x[index]);
+                }
                 metric
             });
             let (lower, upper) = (coordinates.lower.clone(), coordinates.upper.clone());
@@ -121,15 +133,22 @@ impl<'a> Problem<'a> {
                 let value = likelihood.evaluate(&point, &mut inner);
                 let full = DMatrix::from_column_slice(1, count, &inner) * &jacobian;
                 gradient.copy_from_slice(full.as_slice());
-                value
+                let mut objective = value;
+                for &index in &reflections {
+                    let (value, slope) = pole_prior(x[index]);
+                    objective += *prior * value;
+                    gradient[index] += *prior * slope;
+                }
+                objective
             });
             evaluations += end.evaluations;
-            (x, value, converged) = (end.x, end.value, end.converged);
+            (x, objective, converged) = (end.x, end.value, end.converged);
             if converged {
                 break;
             }
         }
         coordinates.point(&x, &mut point, None);
+        let value = likelihood.evaluate(&point, &mut inner);
         let at_bounds = (coordinates.layout.coefficients()..count)
             .map(|index| {
                 let (lower, upper) = (coordinates.lower[index], coordinates.upper[index]);
@@ -141,8 +160,26 @@ impl<'a> Problem<'a> {
             point,
             at_bounds,
             value,
+            objective,
             converged,
             evaluations,
         }
+    }
+}
+
+/// `-ln(1 - k^2)` of a reflection coefficient `k = tanh x`, and its derivative by `x`.
+fn pole_prior(x: f64) -> (f64, f64) {
+    // ln cosh without overflow.
+    let size = x.abs();
+    let log_cosh = size + (-2.0 * size).exp().ln_1p() - std::f64::consts::LN_2;
+    (2.0 * log_cosh, 2.0 * x.tanh())
+}
+
+/// The curvature of the parabola that touches the prior at `x` and lies above it everywhere.
+fn pole_prior_curvature(x: f64) -> f64 {
+    if x.abs() < 1e-3 {
+        2.0
+    } else {
+        2.0 * x.tanh() / x
     }
 }

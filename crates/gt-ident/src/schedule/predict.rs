@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 
 use super::membership::Pair;
 use super::model::ScheduledModel;
-use crate::predict::{contribution, divergence_limit};
+use crate::free_run::{contribution, divergence_limit};
 use crate::regressor::Deviations;
 use crate::{Channel, FreeRun, IdentError};
 

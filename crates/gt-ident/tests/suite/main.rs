@@ -16,6 +16,7 @@ mod eiv;
 mod eiv_model;
 mod errors;
 mod fit;
+mod free_run;
 mod frequency_response;
 mod frisch;
 mod known;
