@@ -84,6 +84,7 @@ pub mod lanes;
 pub mod linearise;
 mod local_model;
 pub mod maps;
+mod open_loop;
 mod params;
 mod random;
 pub mod real;
@@ -113,6 +114,7 @@ pub use faults::{
 };
 pub use inputs::Inputs;
 pub use local_model::{local_model, longest_step_s};
+pub use open_loop::open_loop_model;
 pub use params::{DesignPoint, MapSet, PlantParameters};
 pub use scenario::Scenario;
 pub use sensors::{ChannelNoise, Deviations, Noise, NoiseLevel, NoiseScale};

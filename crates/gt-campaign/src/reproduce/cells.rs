@@ -2,7 +2,7 @@
 
 use gtfdi::fdi::FalseAlarmRate;
 
-use super::tables::{Cogeneration, Manoeuvre, Table6Seeds, Table9, Tables};
+use super::tables::{Cogeneration, Manoeuvre, Table6Seeds, Table7Row, Table8Row, Table9, Tables};
 use crate::report::text::digits;
 
 /// What the origins in Table 3 mean, beside the table.
@@ -72,6 +72,25 @@ pub(super) const SEEDS_HEAD: [&str; 5] = [
     "validation 1, worst / paper",
     "validation 2, worst / paper",
     "met",
+];
+/// Head of Table 7.
+pub(super) const TABLE7_HEAD: [&str; 7] = [
+    "output",
+    "plant",
+    "order",
+    "identification ours / paper",
+    "validation",
+    "identification, worst",
+    "validation, worst",
+];
+/// Head of Table 8.
+pub(super) const TABLE8_HEAD: [&str; 6] = [
+    "signal",
+    "plant",
+    "put in = paper",
+    "found",
+    "error %",
+    "worst error %",
 ];
 /// Head of the table of observers.
 pub(super) const OBSERVER_HEAD: [&str; 6] = [
@@ -243,6 +262,38 @@ impl Table6Seeds {
             cells
         });
         rows.collect()
+    }
+}
+
+impl Table7Row {
+    pub(super) fn cells(&self) -> Vec<String> {
+        let error = |error| optional(error, 2, "diverges");
+        vec![
+            format!("{} ({})", self.output, self.label),
+            self.plant.to_owned(),
+            self.order.to_string(),
+            format!("{} / {}", error(self.identification), digits(self.paper, 2)),
+            error(self.validation),
+            error(self.worst_identification),
+            error(self.worst_validation),
+        ]
+    }
+}
+
+impl Table8Row {
+    pub(super) fn cells(&self) -> Vec<String> {
+        let error = self.standard_error.map_or_else(
+            || " (not told)".to_owned(),
+            |error| format!(" +- {error:.4}"),
+        );
+        vec![
+            format!("{} ({})", self.signal, self.label),
+            self.plant.to_owned(),
+            format!("{:.4}", self.put_in),
+            format!("{:.4}{error}", self.found),
+            format!("{:+.1}", self.error_percent),
+            format!("{:+.1}", self.worst_error_percent),
+        ]
     }
 }
 

@@ -8,6 +8,7 @@ mod effects;
 mod figures;
 mod html;
 mod models;
+mod noise_models;
 mod records;
 mod sections;
 mod seeds;
@@ -15,6 +16,7 @@ mod signatures;
 mod steady;
 pub mod tables;
 mod text;
+mod twin;
 mod write;
 
 use gtfdi::fdi::{Bank, BankRun};
@@ -95,6 +97,7 @@ pub fn reproduce(seed: u64, progress: &dyn Progress) -> Result<Reproduction, Cam
         .zip(&records)
         .map(|(map_set, records)| (map_set, records.load_reduction.as_slice()))
         .collect();
+    let (table7, table8) = noise_models::tables(seed, progress)?;
     let tables = Tables {
         schema_version: SCHEMA_VERSION,
         version: env!("CARGO_PKG_VERSION"),
@@ -108,8 +111,10 @@ pub fn reproduce(seed: u64, progress: &dyn Progress) -> Result<Reproduction, Cam
         table6: models::table6(paper_models),
         table6_definition: models::DEFINITION.to_owned(),
         table6_seeds: seeds::table6(seed, progress)?,
-        table7: None,
-        table8: None,
+        table7,
+        table7_definition: noise_models::TABLE7_DEFINITION,
+        table8,
+        table8_definition: noise_models::TABLE8_DEFINITION,
         table9: signature(Residual::FreeRun)?,
         table9_observers: signature(Residual::Observer)?,
         observers: detection::observer_rows(&bank, paper_models, &healthy_run)?,

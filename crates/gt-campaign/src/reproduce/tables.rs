@@ -42,10 +42,14 @@ pub struct Tables {
     pub table6_definition: String,
     /// Table 6 over many seeds, a profile each.
     pub table6_seeds: Vec<Table6Seeds>,
-    /// Table 7: errors-in-variables models; not computed yet.
-    pub table7: Option<()>,
-    /// Table 8: noise variances; not computed yet.
-    pub table8: Option<()>,
+    /// Table 7: reconstruction errors of the errors-in-variables models.
+    pub table7: Vec<Table7Row>,
+    /// How `table7` is computed.
+    pub table7_definition: &'static str,
+    /// Table 8: the deviations of the noise that those models find.
+    pub table8: Vec<Table8Row>,
+    /// How `table8` is computed.
+    pub table8_definition: &'static str,
     /// Table 9: signature matrices of the free-run residuals, a map set each.
     pub table9: Vec<Table9>,
     /// The same for the observers with the paper's poles.
@@ -178,6 +182,55 @@ pub struct WorstRow {
     pub paper: [f64; 3],
     /// Seeds with which all three errors are within the bounds.
     pub met: usize,
+}
+
+/// An output of Table 7: the free-run error of its errors-in-variables model over the variance of
+/// the output, both without noise.
+#[derive(Debug, Clone, Serialize)]
+pub struct Table7Row {
+    /// `linearised twin` or `non-linear plant`.
+    pub plant: &'static str,
+    /// Order of the model.
+    pub order: usize,
+    /// The tag.
+    pub output: String,
+    /// The paper's label.
+    pub label: String,
+    /// The paper's J.
+    pub paper: f64,
+    /// On the record of the fit; null where the free run diverges.
+    pub identification: Option<f64>,
+    /// On the validation record.
+    pub validation: Option<f64>,
+    /// On the record of the fit, the worst of the seeds.
+    pub worst_identification: Option<f64>,
+    /// On the validation record, the worst of the seeds.
+    pub worst_validation: Option<f64>,
+}
+
+/// A channel of Table 8: standard deviation of its noise over that of its signal.
+#[derive(Debug, Clone, Serialize)]
+pub struct Table8Row {
+    /// `linearised twin` or `non-linear plant`.
+    pub plant: &'static str,
+    /// The tag.
+    pub signal: String,
+    /// The paper's label.
+    pub label: String,
+    /// The paper's number.
+    pub paper: f64,
+    /// What was put in.
+    pub put_in: f64,
+    /// What was found.
+    pub found: f64,
+    /// The estimate's own standard error; null where the record does not tell.
+    pub standard_error: Option<f64>,
+    /// `100 (found / put_in - 1)`.
+    pub error_percent: f64,
+    /// The same for the worst of the seeds.
+    pub worst_error_percent: f64,
+    /// Whether that is within 10 percent.
+    pub met: bool,
 }
 
 /// A signature matrix.

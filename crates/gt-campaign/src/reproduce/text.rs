@@ -5,9 +5,10 @@ use std::fmt::Write as _;
 use super::Reproduction;
 use super::cells::{
     DETECTION_HEAD, LOADS_HEAD, MANOEUVRE_HEAD, MONITORED_HEAD, OBSERVER_HEAD, SEEDS_HEAD,
-    TABLE3_HEAD, TABLE3_NOTE, TABLE6_HEAD, signature_cells,
+    TABLE3_HEAD, TABLE3_NOTE, TABLE6_HEAD, TABLE7_HEAD, TABLE8_HEAD, signature_cells,
 };
 use super::sections::SHARE_NOTE;
+use super::tables::{Table7Row, Table8Row};
 use crate::report::text::{table, wrap};
 
 /// Characters in a line of a definition.
@@ -42,6 +43,12 @@ impl Reproduction {
             let title = format!("Table 6: {}", seeds.title());
             section(&title, &SEEDS_HEAD, &seeds.cells(), &seeds.definition);
         }
+        let rows: Vec<_> = tables.table7.iter().map(Table7Row::cells).collect();
+        let title = "Table 7: errors-in-variables models (free run; SSE)";
+        section(title, &TABLE7_HEAD, &rows, tables.table7_definition);
+        let rows: Vec<_> = tables.table8.iter().map(Table8Row::cells).collect();
+        let title = "Table 8: noise deviations over those of the signals";
+        section(title, &TABLE8_HEAD, &rows, tables.table8_definition);
         for (what, all) in [
             ("free-run residuals", &tables.table9),
             ("observers", &tables.table9_observers),

@@ -182,17 +182,14 @@ fn tapered(values: &[f64], most: usize) -> Vec<f64> {
 fn toeplitz(first_row: &[f64], matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let mut product = matrix * first_row[0];
     let rows = matrix.nrows();
-    for (lag, &value) in first_row
-        .iter()
-        .enumerate()
-        .skip(1)
-        .filter(|(lag, _)| *lag < rows)
-    {
-        let length = rows - lag;
-        let mut lower = product.rows_mut(lag, length);
-        lower += matrix.rows(0, length) * value;
-        let mut upper = product.rows_mut(0, length);
-        upper += matrix.rows(lag, length) * value;
+    let columns = product.as_mut_slice().chunks_exact_mut(rows.max(1));
+    for (out, column) in columns.zip(matrix.as_slice().chunks_exact(rows.max(1))) {
+        for (lag, &value) in first_row.iter().enumerate().take(rows).skip(1) {
+            let later = out[lag..].iter_mut().zip(column);
+            later.for_each(|(out, entry)| *out += value * entry);
+            let earlier = out.iter_mut().zip(&column[lag..]);
+            earlier.for_each(|(out, entry)| *out += value * entry);
+        }
     }
     product
 }

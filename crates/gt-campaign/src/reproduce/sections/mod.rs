@@ -2,5 +2,6 @@
 
 mod cogeneration;
 mod effects;
+mod noise_models;
 
 pub(super) use effects::SHARE_NOTE;
