@@ -7,22 +7,40 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "Arx",
+    "ArxFit",
     "ArxModel",
     "Bank",
+    "ConstrainedArx",
+    "ConstrainedFit",
     "Dataset",
     "Detection",
     "Detector",
+    "EivModel",
+    "EivOrderTable",
     "FreeRun",
+    "FrequencyResponse",
+    "FrischOrderTable",
+    "IndexTable",
     "Observer",
     "OrderTable",
+    "OutputErrorRefinement",
     "OutputModel",
+    "Refined",
+    "ResidualReport",
     "Run",
+    "ScheduledArx",
+    "ScheduledModel",
     "StateSpace",
     "Verdict",
     "VerdictSeries",
     "__version__",
     "arx",
     "design",
+    "eiv",
+    "eiv_order_table",
+    "frisch",
+    "frisch_order_table",
+    "index_table",
     "observer",
     "order_table",
     "read",
@@ -38,6 +56,14 @@ _Names: TypeAlias = str | Sequence[str]
 _Numbers: TypeAlias = int | Sequence[int]
 _Poles: TypeAlias = float | Sequence[float]
 _Structure: TypeAlias = Literal["canonical", "full", "diag"]
+_Order: TypeAlias = int | tuple[int, int] | Literal["auto"]
+_Centre: TypeAlias = Literal["means", "zero"] | tuple[ArrayLike, ArrayLike]
+_Missing: TypeAlias = Literal["refuse", "break"]
+_EquationErrors: TypeAlias = Literal["uncorrelated", "correlated"]
+_Solver: TypeAlias = Literal["qr", "automatic"]
+_Gain: TypeAlias = float | tuple[float, float] | Literal["positive", "negative"]
+_SolvedBy: TypeAlias = Literal["qr", "refinement", "joint"]
+_Outcome: TypeAlias = Literal["not_rejected", "rejected", "untested"]
 _Doubles: TypeAlias = NDArray[np.float64]
 _Flags: TypeAlias = NDArray[np.bool_]
 
@@ -75,6 +101,142 @@ class _BestOrder(TypedDict):
     aic: int
     mdl: int
     fpe: int
+
+class _EivOrderRow(TypedDict):
+    order: int
+    parameters: int
+    criterion: float
+    aic: float
+    bic: float
+    converged: bool
+
+class _BestEivOrder(TypedDict):
+    aic: int
+    bic: int
+
+class _FrischOrderRow(TypedDict):
+    order: int
+    surface_gap: float | None
+    yule_walker: float | None
+    rank_ratio: float | None
+    statistic: float | None
+    degrees_of_freedom: int
+    selection: float | None
+
+class _IndexRow(TypedDict):
+    indices: list[int]
+    order: int
+    parameters: int
+    ln_det: float | None
+    aic: float | None
+    mdl: float | None
+    condition: float | None
+
+class _BestIndices(TypedDict):
+    aic: _IndexRow
+    mdl: _IndexRow
+
+class _Noise(TypedDict):
+    variance: float
+    standard_error: float | None
+    at_limit: bool
+    identifiable: bool | None
+
+class _Gains(TypedDict):
+    value: _Doubles
+    standard_error: _Doubles
+    low: _Doubles
+    high: _Doubles
+
+class _Estimate(TypedDict):
+    value: float
+    standard_error: float | None
+
+class _Root(TypedDict):
+    value: complex
+    covariance: _Doubles | None
+    standard_error: float | None
+    magnitude: _Estimate
+    time_constant_s: _Estimate | None
+    damping: _Estimate | None
+    natural_frequency_hz: _Estimate | None
+
+class _Pole(_Root):
+    output: str | None
+
+class _Cancellation(TypedDict):
+    pole: int
+    zero: int
+    distance: float
+    standard_errors: float
+
+class _ChannelZeros(TypedDict):
+    output: str
+    input: str
+    zeros: list[_Root]
+    cancellations: list[_Cancellation]
+
+class _PoleZero(TypedDict):
+    poles: list[_Pole]
+    channels: list[_ChannelZeros]
+    superfluous_poles: list[int]
+
+class _Test(TypedDict):
+    statistic: float
+    degrees_of_freedom: float
+    correction: float
+    scale: float
+    p_value: float
+
+class _InputTests(TypedDict):
+    output: str
+    input: str
+    independence: _Test | None
+    feedback: _Test | None
+
+class _OutputVerdict(TypedDict):
+    output: str
+    whiteness: _Outcome
+    independence: _Outcome
+
+class _ResidualVerdict(TypedDict):
+    lags: int
+    significance: float
+    joint_whiteness: _Outcome
+    outputs: list[_OutputVerdict]
+
+class _Realisation(TypedDict):
+    order: int
+    reachable: int
+    observable: int
+    hankel_singular_values: list[float] | None
+    minimal_order: int
+    m_determinant: float
+    m_condition: float | None
+    warnings: list[dict[str, dict[str, float]]]
+
+class _ConstrainedRow(TypedDict):
+    output: str
+    cost_ratio: float | None
+    reflected_cost_ratio: float | None
+    least_squares_radius: float
+    radius: float
+    active: list[dict[str, dict[str, Any]]]
+    iterations: int
+
+class _RefinedOutput(TypedDict):
+    output: str
+    accepted: bool
+    train_before: float
+    train_after: float
+    hold_out_before: float | None
+    hold_out_after: float | None
+    radius: float
+    iterations: int
+
+class _SchedulePoint(TypedDict):
+    value: float
+    model: ArxModel
 
 class _Alarm(TypedDict):
     time_s: float
@@ -141,6 +303,7 @@ class Dataset:
 
 _Healthy: TypeAlias = Dataset | tuple[ArrayLike, ArrayLike]
 _Record: TypeAlias = Dataset | ArrayLike | tuple[ArrayLike, ArrayLike]
+_Records: TypeAlias = _Record | Sequence[_Healthy]
 
 @final
 class Run:
@@ -238,10 +401,22 @@ class ArxModel:
     def residual_variance(self) -> _Doubles: ...
     @property
     def condition(self) -> _Doubles: ...
+    @property
+    def standard_errors(self) -> list[_Doubles] | None: ...
     def predict(self, u: _Record, y: ArrayLike | None = None) -> _Doubles: ...
     def equation_error(self, u: _Record, y: ArrayLike | None = None) -> _Doubles: ...
     def simulate(self, u: _Record, y: ArrayLike | None = None) -> FreeRun: ...
     def validate(self, u: _Record, y: ArrayLike | None = None) -> list[_OutputFit]: ...
+    def test_residuals(
+        self,
+        u: _Record,
+        y: ArrayLike | None = None,
+        *,
+        lags: int = 20,
+        significance: float = 0.01,
+        origin: Literal["fresh", "fitted"] = "fresh",
+    ) -> ResidualReport: ...
+    def realisation_report(self) -> _Realisation: ...
     def state_space(self) -> StateSpace: ...
     def output_model(self, output: int | str) -> OutputModel: ...
     def save(self, path: _Path) -> None: ...
@@ -256,22 +431,162 @@ class Arx:
     def __new__(
         cls,
         *,
-        order: int | tuple[int, int] | Literal["auto"] | None = None,
+        order: _Order | None = None,
         na: int | None = None,
         nb: _Numbers | None = None,
         nk: _Numbers = 1,
         indices: Sequence[int] | None = None,
         structure: _Structure | None = None,
+        first_row: int = 0,
+        centre: _Centre = "means",
+        missing: _Missing = "refuse",
+        ridge: float = 0.0,
+        equation_errors: _EquationErrors = "uncorrelated",
+        solver: _Solver = "qr",
     ) -> Arx: ...
     def fit(
         self,
-        u: _Record,
+        u: _Records,
         y: ArrayLike | None = None,
         *,
         sample_time_s: float | None = None,
         inputs: _Names | None = None,
         outputs: _Names | None = None,
     ) -> ArxModel: ...
+    def fit_in_full(
+        self,
+        u: _Records,
+        y: ArrayLike | None = None,
+        *,
+        sample_time_s: float | None = None,
+        inputs: _Names | None = None,
+        outputs: _Names | None = None,
+    ) -> ArxFit: ...
+
+@final
+class ArxFit:
+    def __new__(
+        cls,
+        model: ArxModel,
+        covariance: Sequence[ArrayLike],
+        solved_by: Sequence[_SolvedBy] | None = None,
+    ) -> ArxFit: ...
+    @classmethod
+    def from_record(
+        cls, model: ArxModel, u: _Record, y: ArrayLike | None = None
+    ) -> ArxFit: ...
+    @property
+    def model(self) -> ArxModel: ...
+    @property
+    def covariance(self) -> list[_Doubles]: ...
+    @property
+    def solved_by(self) -> list[_SolvedBy] | None: ...
+    def frequency_response(self, frequencies_hz: ArrayLike) -> FrequencyResponse: ...
+    def dc_gains(self, confidence: float = 0.95) -> _Gains: ...
+    def pole_zero(self) -> _PoleZero: ...
+
+@final
+class FrequencyResponse:
+    @property
+    def inputs(self) -> list[str]: ...
+    @property
+    def outputs(self) -> list[str]: ...
+    @property
+    def frequency_hz(self) -> _Doubles: ...
+    @property
+    def response(self) -> NDArray[np.complex128]: ...
+    @property
+    def magnitude_error(self) -> _Doubles: ...
+    @property
+    def phase_error_rad(self) -> _Doubles: ...
+    def magnitude_band(self, confidence: float = 0.95) -> _Doubles: ...
+    def phase_band_rad(self, confidence: float = 0.95) -> _Doubles: ...
+
+@final
+class ResidualReport:
+    @property
+    def rows(self) -> int: ...
+    @property
+    def verdict(self) -> _ResidualVerdict: ...
+    @property
+    def autocorrelation(self) -> _Doubles: ...
+    @property
+    def autocorrelation_band(self) -> _Doubles: ...
+    @property
+    def cross_lags(self) -> NDArray[np.int64]: ...
+    @property
+    def cross_correlation(self) -> _Doubles: ...
+    @property
+    def cross_correlation_band(self) -> _Doubles: ...
+    @property
+    def ljung_box(self) -> list[_Test | None]: ...
+    @property
+    def hosking(self) -> _Test | None: ...
+    @property
+    def independence(self) -> list[_Test | None]: ...
+    @property
+    def by_input(self) -> list[_InputTests]: ...
+
+@final
+class EivModel:
+    @property
+    def kind(self) -> Literal["eiv", "frisch"]: ...
+    @property
+    def relation(self) -> ArxModel: ...
+    @property
+    def inputs(self) -> list[str]: ...
+    @property
+    def outputs(self) -> list[str]: ...
+    @property
+    def sample_time_s(self) -> float: ...
+    @property
+    def noise_variances(self) -> dict[str, float]: ...
+    @property
+    def noise(self) -> dict[str, _Noise]: ...
+    @property
+    def standard_errors(self) -> list[_Doubles] | None: ...
+    @property
+    def order_table(self) -> EivOrderTable | None: ...
+    def save(self, path: _Path) -> None: ...
+    @classmethod
+    def load(cls, path: _Path) -> EivModel: ...
+    def to_json(self) -> str: ...
+    @classmethod
+    def from_json(cls, text: str) -> EivModel: ...
+
+@final
+class EivOrderTable:
+    @property
+    def samples(self) -> int: ...
+    @property
+    def autoregression_order(self) -> int: ...
+    @property
+    def frequencies(self) -> int: ...
+    @property
+    def best(self) -> _BestEivOrder: ...
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[_EivOrderRow]: ...
+    def __getitem__(self, index: int, /) -> _EivOrderRow: ...
+
+@final
+class FrischOrderTable:
+    @property
+    def window_rows(self) -> int: ...
+    @property
+    def best(self) -> int | None: ...
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[_FrischOrderRow]: ...
+    def __getitem__(self, index: int, /) -> _FrischOrderRow: ...
+
+@final
+class IndexTable:
+    @property
+    def window_rows(self) -> int: ...
+    @property
+    def best(self) -> _BestIndices: ...
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[_IndexRow]: ...
+    def __getitem__(self, index: int, /) -> _IndexRow: ...
 
 @final
 class OrderTable:
@@ -282,6 +597,104 @@ class OrderTable:
     def __len__(self) -> int: ...
     def __iter__(self) -> Iterator[_OrderRow]: ...
     def __getitem__(self, index: int, /) -> _OrderRow: ...
+
+@final
+class ConstrainedArx:
+    def __new__(
+        cls,
+        *,
+        order: _Order | None = None,
+        na: int | None = None,
+        nb: _Numbers | None = None,
+        nk: _Numbers = 1,
+        max_radius: float = 0.999,
+        dc_gains: Mapping[tuple[str, str], _Gain] | None = None,
+    ) -> ConstrainedArx: ...
+    def fit(
+        self,
+        u: _Record,
+        y: ArrayLike | None = None,
+        *,
+        sample_time_s: float | None = None,
+        inputs: _Names | None = None,
+        outputs: _Names | None = None,
+    ) -> ConstrainedFit: ...
+
+@final
+class ConstrainedFit:
+    @property
+    def model(self) -> ArxModel: ...
+    @property
+    def rows(self) -> list[_ConstrainedRow]: ...
+
+@final
+class OutputErrorRefinement:
+    def __new__(
+        cls,
+        *,
+        initial: Literal["estimated", "measured"] = "estimated",
+        max_radius: float = 0.9999,
+        max_iterations: int = 60,
+    ) -> OutputErrorRefinement: ...
+    def refine(self, model: ArxModel, train: _Healthy, hold_out: _Healthy) -> Refined: ...
+
+@final
+class Refined:
+    @property
+    def model(self) -> ArxModel: ...
+    @property
+    def outputs(self) -> list[_RefinedOutput]: ...
+
+@final
+class ScheduledArx:
+    def __new__(
+        cls,
+        channel: str,
+        values: Sequence[float],
+        *,
+        order: _Order | None = None,
+        na: int | None = None,
+        nb: _Numbers | None = None,
+        nk: _Numbers = 1,
+        indices: Sequence[int] | None = None,
+        structure: _Structure | None = None,
+        width: float = 1.0,
+        estimation: Literal["local", "joint"] = "local",
+    ) -> ScheduledArx: ...
+    def fit(
+        self,
+        u: _Records,
+        y: ArrayLike | None = None,
+        *,
+        sample_time_s: float | None = None,
+        inputs: _Names | None = None,
+        outputs: _Names | None = None,
+    ) -> ScheduledModel: ...
+
+@final
+class ScheduledModel:
+    def __new__(
+        cls, channel: str, points: Sequence[tuple[float, ArxModel]], width: float = 1.0
+    ) -> ScheduledModel: ...
+    @property
+    def channel(self) -> str: ...
+    @property
+    def width(self) -> float: ...
+    @property
+    def points(self) -> list[_SchedulePoint]: ...
+    @property
+    def inputs(self) -> list[str]: ...
+    @property
+    def outputs(self) -> list[str]: ...
+    @property
+    def sample_time_s(self) -> float: ...
+    @property
+    def max_lag(self) -> int: ...
+    def predict(self, u: _Record, y: ArrayLike | None = None) -> _Doubles: ...
+    def simulate(self, u: _Record, y: ArrayLike | None = None) -> FreeRun: ...
+    def to_json(self) -> str: ...
+    @classmethod
+    def from_json(cls, text: str) -> ScheduledModel: ...
 
 @final
 class Observer:
@@ -421,19 +834,80 @@ def read(
     rows: tuple[int, int] | None = None,
 ) -> Dataset: ...
 def arx(
-    u: _Record,
+    u: _Records,
     y: ArrayLike | None = None,
     *,
-    order: int | tuple[int, int] | Literal["auto"] | None = None,
+    order: _Order | None = None,
     na: int | None = None,
     nb: _Numbers | None = None,
     nk: _Numbers = 1,
     indices: Sequence[int] | None = None,
     structure: _Structure | None = None,
+    first_row: int = 0,
+    centre: _Centre = "means",
+    missing: _Missing = "refuse",
+    ridge: float = 0.0,
+    equation_errors: _EquationErrors = "uncorrelated",
+    solver: _Solver = "qr",
     sample_time_s: float | None = None,
     inputs: _Names | None = None,
     outputs: _Names | None = None,
 ) -> ArxModel: ...
+def eiv(
+    u: _Record,
+    y: ArrayLike | None = None,
+    *,
+    order: _Order,
+    nk: _Numbers = 1,
+    autoregression_order: int | None = None,
+    frequencies: int | None = None,
+    sample_time_s: float | None = None,
+    inputs: _Names | None = None,
+    outputs: _Names | None = None,
+) -> EivModel: ...
+def frisch(
+    u: _Record,
+    y: ArrayLike | None = None,
+    *,
+    order: _Order,
+    nk: _Numbers = 1,
+    criterion: Literal["yule-walker", "covariance", "shift"] = "yule-walker",
+    sample_time_s: float | None = None,
+    inputs: _Names | None = None,
+    outputs: _Names | None = None,
+) -> EivModel: ...
+def eiv_order_table(
+    u: _Record,
+    y: ArrayLike | None = None,
+    orders: tuple[int, int] = (1, 6),
+    *,
+    nk: _Numbers = 1,
+    sample_time_s: float | None = None,
+    inputs: _Names | None = None,
+    outputs: _Names | None = None,
+) -> EivOrderTable: ...
+def frisch_order_table(
+    u: _Record,
+    y: ArrayLike | None = None,
+    orders: tuple[int, int] = (1, 6),
+    *,
+    output: int | str = 0,
+    nk: _Numbers = 1,
+    sample_time_s: float | None = None,
+    inputs: _Names | None = None,
+    outputs: _Names | None = None,
+) -> FrischOrderTable: ...
+def index_table(
+    u: _Record,
+    y: ArrayLike | None = None,
+    *,
+    orders: tuple[int, int],
+    spread: int = 1,
+    feedthrough: bool = False,
+    sample_time_s: float | None = None,
+    inputs: _Names | None = None,
+    outputs: _Names | None = None,
+) -> IndexTable: ...
 def order_table(
     u: _Record,
     y: ArrayLike | None = None,
@@ -451,7 +925,7 @@ def observer(
     point: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> Observer: ...
 def design(
-    model: ArxModel,
+    model: ArxModel | EivModel,
     healthy: Sequence[_Healthy],
     *,
     poles: _Poles | Mapping[str, _Poles] | None = None,

@@ -86,9 +86,17 @@ def test_the_readme_runs_as_printed(root, tmp_path, monkeypatch, capsys):
     for block in blocks:
         exec(compile(block, "README.md", "exec"), {})  # noqa: S102
         printed.append(capsys.readouterr().out.splitlines())
-    road, plant = printed
+    road, noisy, plant = printed
     # The thermocouple drifts, so its output alone alarms, after the onset at 60 s.
     alarms = [ast.literal_eval(line) for line in road]
     assert {alarm["tag"] for alarm in alarms} == {"t3"}
     assert min(alarm["time_s"] for alarm in alarms) > 60.0
+    # The true coefficient is 0.8, the variances are 1 and 0.25; five standard errors of each.
+    (*_, biased), (_, found, error) = (line.split() for line in noisy[:2])
+    assert abs(float(biased) - 0.8) > 10.0 * float(error)
+    assert abs(float(found) - 0.8) < 5.0 * float(error)
+    truth = {"y1": 1.0, "u1": 0.25}
+    for tag, variance, error in (line.split() for line in noisy[2:]):
+        assert abs(float(variance) - truth.pop(tag)) < 5.0 * float(error)
+    assert not truth
     assert plant == ["(750, 31) ['e_c', 'e_t', 'M_fc'] None", "p7 206409 Pa"]

@@ -59,6 +59,7 @@ mod least_squares;
 mod model;
 mod options;
 mod order;
+mod order_choice;
 pub mod output_error;
 mod parameter_covariance;
 pub mod pole_zero;
@@ -89,8 +90,8 @@ pub use least_squares::CONDITION_LIMIT;
 pub use model::{ArxModel, ArxRow, Term};
 pub use options::{Centre, EquationErrors, Missing, SolvedBy, Solver};
 pub use order::{OrderKind, OrderRow, OrderTable, order_table};
-pub use parameter_covariance::parameter_covariance;
-
+pub use order_choice::{ChosenStructure, OrderChoice};
+pub use parameter_covariance::{check_covariances, parameter_covariance};
 pub use realisation_report::{
     CONDITION_WARNING, HANKEL_TOLERANCE, RealisationReport, RealisationWarning, realisation_report,
 };

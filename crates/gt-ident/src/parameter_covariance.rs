@@ -68,11 +68,13 @@ pub(crate) fn regressor_matrix(
     })
 }
 
-/// Refuses covariances that do not belong to the rows of a model.
-pub(crate) fn check_covariances(
-    model: &ArxModel,
-    covariances: &[DMatrix<f64>],
-) -> Result<(), IdentError> {
+/// Refuses covariances that do not belong to the rows of a model, as everything that takes them
+/// does.
+///
+/// # Errors
+/// [`IdentError::Dimension`] for another number of them or another size, [`IdentError::ModelValue`]
+/// for a number that is not finite or a negative variance.
+pub fn check_covariances(model: &ArxModel, covariances: &[DMatrix<f64>]) -> Result<(), IdentError> {
     DimensionError::check(
         "covariances (one per output)",
         model.rows().len(),

@@ -3,15 +3,19 @@
 use std::path::PathBuf;
 
 use gt_log::{ModelFile, read_json, write_json};
-use gtfdi::core::index_of;
-use gtfdi::ident::{ArxModel, Channel, FreeRun, OutputModel, validate};
+use gtfdi::ident::{ArxModel, Channel, realisation_report, test_residuals, validate};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 
 use crate::array::{json_out, json_text, json_value, pair_out, samples_out};
-use crate::dataset::{Given, names};
+use crate::dataset::names;
 use crate::error::Failure;
+use crate::free_run::PyFreeRun;
+use crate::output_key::OutputKey;
+use crate::output_model::PyOutputModel;
+use crate::record::Given;
+use crate::residual_report::{PyResidualReport, options};
 use crate::state_space::PyStateSpace;
 
 /// A fitted ARX model; ``gtfdi.arx`` makes one.
@@ -44,7 +48,8 @@ impl PyArxModel {
         self.inner.sample_time_s()
     }
 
-    /// The means of the training record, a dictionary of arrays ``u`` and ``y``.
+    /// The operating point, a dictionary of arrays ``u`` and ``y``: the means of the training
+    /// records unless the fit was asked for another.
     #[getter]
     fn operating_point<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let point = self.inner.operating_point();
@@ -105,6 +110,14 @@ impl PyArxModel {
     #[getter]
     fn condition<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.inner.condition())
+    }
+
+    /// Standard errors of the coefficients, an array for each output in the order of
+    /// ``regression``; they hold for white equation errors. ``None`` where the model has none, for
+    /// example after a constrained fit.
+    #[getter]
+    fn standard_errors<'py>(&self, py: Python<'py>) -> Option<Vec<Bound<'py, PyArray1<f64>>>> {
+        errors_out(py, &self.inner)
     }
 
     /// The outputs predicted one step ahead, an array (N, ny); the first ``max_lag`` rows are NaN.
@@ -171,6 +184,56 @@ impl PyArxModel {
         json_out(u.py(), "validation", &validation.outputs)
     }
 
+    /// Whether the one-step errors on a record are white, and independent of past inputs (a
+    /// ``ResidualReport``).
+    ///
+    /// Parameters
+    /// ----------
+    /// u, y
+    ///     The record.
+    /// lags : int, default 20
+    ///     The largest lag of the correlations.
+    /// significance : float, default 0.01
+    ///     Rate of false rejections of each test.
+    /// origin : {"fresh", "fitted"}, default "fresh"
+    ///     Whether the model was fitted to another record or to this one, which looks too white.
+    ///
+    /// Examples
+    /// --------
+    /// >>> report = model.test_residuals(u, y, origin="fitted")
+    /// >>> report.verdict["outputs"][0]["output"], report.autocorrelation.shape
+    /// ('q_c', (20, 1))
+    #[pyo3(signature = (u, y=None, *, lags=20, significance=0.01, origin="fresh"))]
+    fn test_residuals(
+        &self,
+        u: &Bound<'_, PyAny>,
+        y: Option<&Bound<'_, PyAny>>,
+        lags: usize,
+        significance: f64,
+        origin: &str,
+    ) -> Result<PyResidualReport, Failure> {
+        let options = options(lags, significance, origin)?;
+        let data = self.known(u, y)?;
+        let inner = u
+            .py()
+            .detach(|| test_residuals(&self.inner, &data, &options))?;
+        Ok(PyResidualReport { inner })
+    }
+
+    /// How the realisation of ``state_space`` is to be judged: a dictionary with ``order``,
+    /// ``reachable``, ``observable``, ``hankel_singular_values`` (``None`` where the model is not
+    /// stable), ``minimal_order``, ``m_determinant``, ``m_condition`` and ``warnings``
+    /// (``{"ill_conditioned": ...}``, ``{"not_minimal": ...}``).
+    ///
+    /// Examples
+    /// --------
+    /// >>> model.realisation_report()["order"]
+    /// 8
+    fn realisation_report<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
+        let report = py.detach(|| realisation_report(&self.inner))?;
+        json_out(py, "realisation report", &report)
+    }
+
     /// The whole model in state space, of the deviations from the operating point.
     fn state_space(&self) -> Result<PyStateSpace, Failure> {
         Ok(PyStateSpace {
@@ -180,10 +243,7 @@ impl PyArxModel {
 
     /// The row of one output, by index or name, as a model of one output.
     fn output_model(&self, output: OutputKey) -> Result<PyOutputModel, Failure> {
-        let index = match output {
-            OutputKey::Index(index) => index,
-            OutputKey::Name(name) => index_of(self.inner.outputs(), &name)?,
-        };
+        let index = output.index(self.inner.outputs())?;
         Ok(PyOutputModel {
             inner: self.inner.output_model(index)?,
         })
@@ -233,7 +293,8 @@ impl PyArxModel {
 }
 
 impl PyArxModel {
-    fn known(
+    /// The record for the model.
+    pub fn known(
         &self,
         u: &Bound<'_, PyAny>,
         y: Option<&Bound<'_, PyAny>>,
@@ -243,61 +304,11 @@ impl PyArxModel {
     }
 }
 
-/// An output, by position or name.
-#[derive(FromPyObject)]
-enum OutputKey {
-    #[pyo3(annotation = "int")]
-    Index(usize),
-    #[pyo3(annotation = "str")]
-    Name(String),
-}
-
-/// The outputs of a model that sees only the inputs.
-#[pyclass(frozen, name = "FreeRun", module = "gtfdi")]
-pub struct PyFreeRun {
-    inner: FreeRun,
-}
-
-#[pymethods]
-impl PyFreeRun {
-    /// Outputs, an array (N, ny); NaN from where an output diverged.
-    #[getter]
-    fn y<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        samples_out(py, self.inner.y.clone())
-    }
-
-    /// For each output the sample from which it diverged, or ``None``.
-    #[getter]
-    fn diverges_at(&self) -> Vec<Option<usize>> {
-        self.inner.diverges_at.clone()
-    }
-
-    /// Whether any output diverged.
-    #[getter]
-    fn diverged(&self) -> bool {
-        self.inner.diverges_at.iter().any(Option::is_some)
-    }
-}
-
-/// The row of one output as a state-space model; other outputs that it uses are inputs of it.
-#[pyclass(frozen, name = "OutputModel", module = "gtfdi")]
-pub struct PyOutputModel {
-    pub inner: OutputModel,
-}
-
-#[pymethods]
-impl PyOutputModel {
-    /// The model, of deviations from ``point`` (StateSpace).
-    #[getter]
-    fn model(&self) -> PyStateSpace {
-        PyStateSpace {
-            inner: self.inner.model.clone(),
-        }
-    }
-
-    /// The operating point, a dictionary of arrays ``u`` and ``y``.
-    #[getter]
-    fn point<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        pair_out(py, &self.inner.point.u, &self.inner.point.y)
-    }
+/// The standard errors of a model's coefficients, an array an output.
+pub fn errors_out<'py>(
+    py: Python<'py>,
+    model: &ArxModel,
+) -> Option<Vec<Bound<'py, PyArray1<f64>>>> {
+    let errors = model.standard_errors()?.iter();
+    Some(errors.map(|row| PyArray1::from_slice(py, row)).collect())
 }

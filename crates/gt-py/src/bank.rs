@@ -10,6 +10,7 @@ use gtfdi::core::{Dataset, Signal, index_of};
 use gtfdi::fdi::{
     Bank, BankRun, Detector, FalseAlarmSummary, OutputDetector, ResidualGenerator, ThresholdRule,
 };
+use gtfdi::ident::ArxModel;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
@@ -17,10 +18,11 @@ use serde::Serialize;
 
 use crate::array::{json_out, json_text, json_value, samples_out};
 use crate::arx_model::PyArxModel;
-use crate::dataset::Given;
 use crate::detector::PyDetector;
+use crate::eiv_model::PyEivModel;
 use crate::error::Failure;
 use crate::observer::Poles;
+use crate::record::Given;
 
 /// The bank's name, part of its topics in a log; that of the command line.
 const BANK_NAME: &str = "observers";
@@ -218,6 +220,26 @@ impl PyDetection {
     }
 }
 
+/// What a bank is designed for.
+#[derive(FromPyObject)]
+pub enum Model<'py> {
+    /// A model of measured channels.
+    #[pyo3(annotation = "ArxModel")]
+    Arx(Bound<'py, PyArxModel>),
+    /// A relation between noise-free channels.
+    #[pyo3(annotation = "EivModel")]
+    Eiv(Bound<'py, PyEivModel>),
+}
+
+impl Model<'_> {
+    fn equations(&self) -> &ArxModel {
+        match self {
+            Self::Arx(model) => &model.get().inner,
+            Self::Eiv(model) => model.get().inner.relation(),
+        }
+    }
+}
+
 /// The poles of all observers, or by tag.
 #[derive(FromPyObject)]
 pub enum Placement {
@@ -266,8 +288,8 @@ fn rule(
 ///
 /// Parameters
 /// ----------
-/// model : ArxModel
-///     The model.
+/// model : ArxModel or EivModel
+///     The model; of an errors-in-variables model its relation.
 /// healthy : list of Dataset, or of tuples (u, y)
 ///     Healthy records; tuples have the model's channels and sample time.
 /// poles : float, list of float or dict, optional
@@ -302,7 +324,7 @@ fn rule(
 #[allow(clippy::too_many_arguments)] // Python names them
 pub fn design(
     py: Python<'_>,
-    model: &PyArxModel,
+    model: Model<'_>,
     healthy: Vec<Bound<'_, PyAny>>,
     poles: Option<Placement>,
     exceedance: Option<f64>,
@@ -311,7 +333,7 @@ pub fn design(
     consecutive: Option<usize>,
 ) -> Result<PyBank, Failure> {
     let rule = rule(exceedance, margin, arl0_h, consecutive)?;
-    let model = &model.inner;
+    let model = model.equations();
     if let Some(Placement::ByTag(by_tag)) = &poles {
         for tag in by_tag.keys() {
             index_of(model.outputs(), tag)?;

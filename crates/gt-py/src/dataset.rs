@@ -6,15 +6,15 @@ use std::sync::Arc;
 use gt_log::{Selection, read_dataset};
 use gtfdi::core::{Dataset, DimensionError, Signal};
 use numpy::{PyArray1, PyArray2};
-use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::{PySlice, PyTuple, PyType};
 
 use crate::array::{samples, samples_out};
 use crate::error::Failure;
+use crate::warning::warn;
 
 /// A name, or a list of names.
-#[derive(FromPyObject)]
+#[derive(FromPyObject, Clone)]
 pub enum Names {
     /// One.
     #[pyo3(annotation = "str")]
@@ -71,7 +71,7 @@ impl From<Names> for Vec<String> {
 #[pyclass(frozen, eq, name = "Dataset", module = "gtfdi")]
 #[derive(PartialEq)]
 pub struct PyDataset {
-    inner: Arc<Dataset>,
+    pub inner: Arc<Dataset>,
 }
 
 impl PyDataset {
@@ -285,14 +285,6 @@ pub fn read(
     Ok(PyDataset::new(Arc::new(imported.dataset)))
 }
 
-/// Issues a `UserWarning` at the caller's line.
-fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
-    let category = py.get_type::<PyUserWarning>();
-    py.import("warnings")?
-        .call_method1("warn", (text, category, 1))?;
-    Ok(())
-}
-
 /// Names and units of `count` channels.
 pub fn signals(
     names: Option<Names>,
@@ -329,97 +321,4 @@ pub fn names(signals: &[Signal]) -> Vec<String> {
 
 fn units(signals: &[Signal]) -> Vec<String> {
     signals.iter().map(|signal| signal.unit.clone()).collect()
-}
-
-/// The two halves of a record: `(data, None)`, `((u, y), None)` or `(u, y)`.
-pub enum Given<'py> {
-    /// A `Dataset`.
-    Record(Arc<Dataset>),
-    /// Two arrays.
-    Arrays(Bound<'py, PyAny>, Bound<'py, PyAny>),
-}
-
-impl<'py> Given<'py> {
-    /// Sorts the arguments `u` and `y` of a call.
-    pub fn new(u: &Bound<'py, PyAny>, y: Option<&Bound<'py, PyAny>>) -> Result<Self, Failure> {
-        if let Some(y) = y {
-            return Ok(Self::Arrays(u.clone(), y.clone()));
-        }
-        if let Ok(data) = u.cast::<PyDataset>() {
-            return Ok(Self::Record(Arc::clone(&data.get().inner)));
-        }
-        match u.cast::<PyTuple>() {
-            Ok(pair) if pair.len() == 2 => Ok(Self::Arrays(pair.get_item(0)?, pair.get_item(1)?)),
-            _ => Err(Failure::Option {
-                option: "y",
-                expected: "a Dataset, a tuple (u, y), or both u and y".to_owned(),
-                found: format!("{} alone", u.get_type().name()?),
-            }),
-        }
-    }
-
-    /// The record for something that knows its channels. A `Dataset` is looked through by name.
-    pub fn known(
-        self,
-        inputs: &[Signal],
-        outputs: &[Signal],
-        sample_time_s: f64,
-    ) -> Result<Arc<Dataset>, Failure> {
-        match self {
-            Self::Record(data) => {
-                if data.inputs() == inputs && data.outputs() == outputs {
-                    return Ok(data);
-                }
-                Ok(Arc::new(data.select(&names(inputs), &names(outputs))?))
-            }
-            Self::Arrays(u, y) => {
-                let (u, y) = (samples(&u, "u")?, samples(&y, "y")?);
-                let (inputs, outputs) = (inputs.to_vec(), outputs.to_vec());
-                Ok(Arc::new(Dataset::new(
-                    inputs,
-                    outputs,
-                    u,
-                    y,
-                    sample_time_s,
-                )?))
-            }
-        }
-    }
-
-    /// The record for something that takes its channels from it: a `Dataset` is narrowed to the
-    /// named channels, arrays are given the names.
-    pub fn unknown(
-        self,
-        inputs: Option<Names>,
-        outputs: Option<Names>,
-        sample_time_s: Option<f64>,
-    ) -> Result<Arc<Dataset>, Failure> {
-        match (self, sample_time_s) {
-            (Self::Record(_), Some(found)) => Err(Failure::Option {
-                option: "sample_time_s",
-                expected: "none with a Dataset, which has its own".to_owned(),
-                found: found.to_string(),
-            }),
-            (Self::Record(data), None) => {
-                if inputs.is_none() && outputs.is_none() {
-                    return Ok(data);
-                }
-                let inputs = inputs.map_or_else(|| names(data.inputs()), Into::into);
-                let outputs = outputs.map_or_else(|| names(data.outputs()), Into::into);
-                Ok(Arc::new(data.select(&inputs, &outputs)?))
-            }
-            (Self::Arrays(u, y), sample_time_s) => {
-                let (u, y) = (samples(&u, "u")?, samples(&y, "y")?);
-                let inputs = signals(inputs, None, 'u', u.nrows())?;
-                let outputs = signals(outputs, None, 'y', y.nrows())?;
-                Ok(Arc::new(Dataset::new(
-                    inputs,
-                    outputs,
-                    u,
-                    y,
-                    sample_time_s.unwrap_or(1.0),
-                )?))
-            }
-        }
-    }
 }

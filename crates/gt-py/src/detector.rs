@@ -8,8 +8,8 @@ use numpy::{Element, PyArray1, PyArray2};
 use pyo3::prelude::*;
 
 use crate::array::{table_out, vector};
-use crate::dataset::Given;
 use crate::error::Failure;
+use crate::record::Given;
 
 /// The online detector of a bank; ``Bank.detector`` makes one.
 ///

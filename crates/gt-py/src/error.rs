@@ -91,6 +91,12 @@ pub enum Failure {
         /// What is in the way.
         cause: serde_json::Error,
     },
+    /// A model file without what the class is about.
+    #[error("{place}: expected an errors-in-variables model (kind eiv or frisch), found kind arx")]
+    NoNoise {
+        /// The file, or what was read.
+        place: String,
+    },
     /// An array of something else than real numbers.
     #[error("{what}: expected an array of real numbers, found {found}")]
     NotNumbers {
@@ -146,7 +152,9 @@ impl Failure {
             | Self::Scenario { .. }
             | Self::ScenarioFile { .. }
             | Self::NotToml { .. } => ("PlantError", None),
-            Self::Log(_) | Self::Json { .. } | Self::Unreadable { .. } => ("LogError", None),
+            Self::Log(_) | Self::Json { .. } | Self::Unreadable { .. } | Self::NoNoise { .. } => {
+                ("LogError", None)
+            }
             Self::NotNumbers { .. } => ("ArrayTypeError", None),
             Self::Option { .. } => ("OptionError", None),
             Self::Python(_) => ("GtfdiError", None),

@@ -16,15 +16,39 @@
 
 mod array;
 mod arx;
+mod arx_fit;
 mod arx_model;
+mod arx_options;
+mod arx_structure;
 mod bank;
+mod choice;
+mod constrained_arx;
 mod dataset;
 mod detector;
+mod eiv;
+mod eiv_model;
+mod eiv_order_table;
 mod error;
+mod free_run;
+mod frequency_response;
+mod frisch_order_table;
+mod index_table;
 mod observer;
+mod order;
+mod order_table;
+mod output_error;
+mod output_key;
+mod output_model;
 mod plant;
+mod pole_zero;
+mod record;
+mod residual_report;
 mod scenario;
+mod scheduled_arx;
+mod scheduled_model;
 mod state_space;
+mod table;
+mod warning;
 
 /// The compiled half of the package.
 #[pyo3::pymodule]
@@ -32,19 +56,49 @@ mod _gtfdi {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::arx::{PyArx, PyOrderTable, arx, py_order_table};
+    use crate::arx::{PyArx, arx};
     #[pymodule_export]
-    use crate::arx_model::{PyArxModel, PyFreeRun, PyOutputModel};
+    use crate::arx_fit::PyArxFit;
+    #[pymodule_export]
+    use crate::arx_model::PyArxModel;
     #[pymodule_export]
     use crate::bank::{PyBank, PyDetection, design};
+    #[pymodule_export]
+    use crate::constrained_arx::{PyConstrainedArx, PyConstrainedFit};
     #[pymodule_export]
     use crate::dataset::{PyDataset, read};
     #[pymodule_export]
     use crate::detector::{PyDetector, PyVerdict, PyVerdictSeries};
     #[pymodule_export]
+    use crate::eiv::{eiv, frisch};
+    #[pymodule_export]
+    use crate::eiv_model::PyEivModel;
+    #[pymodule_export]
+    use crate::eiv_order_table::{PyEivOrderTable, py_eiv_order_table};
+    #[pymodule_export]
+    use crate::free_run::PyFreeRun;
+    #[pymodule_export]
+    use crate::frequency_response::PyFrequencyResponse;
+    #[pymodule_export]
+    use crate::frisch_order_table::{PyFrischOrderTable, py_frisch_order_table};
+    #[pymodule_export]
+    use crate::index_table::{PyIndexTable, py_index_table};
+    #[pymodule_export]
     use crate::observer::{PyObserver, observer};
     #[pymodule_export]
+    use crate::order_table::{PyOrderTable, py_order_table};
+    #[pymodule_export]
+    use crate::output_error::{PyOutputErrorRefinement, PyRefined};
+    #[pymodule_export]
+    use crate::output_model::PyOutputModel;
+    #[pymodule_export]
     use crate::plant::{PyRun, simulate, steady_state, units};
+    #[pymodule_export]
+    use crate::residual_report::PyResidualReport;
+    #[pymodule_export]
+    use crate::scheduled_arx::PyScheduledArx;
+    #[pymodule_export]
+    use crate::scheduled_model::PyScheduledModel;
     #[pymodule_export]
     use crate::state_space::PyStateSpace;
 

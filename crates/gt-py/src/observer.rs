@@ -7,9 +7,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 
 use crate::array::{json_text, json_value, pair_out, vector};
-use crate::arx_model::PyOutputModel;
-use crate::dataset::{Given, names};
+use crate::dataset::names;
 use crate::error::Failure;
+use crate::output_model::PyOutputModel;
+use crate::record::Given;
 use crate::state_space::PyStateSpace;
 
 /// A number for all states, or one for each.

@@ -14,6 +14,7 @@
 mod brent;
 mod covariance;
 mod criterion;
+mod criterion_kind;
 mod estimate;
 mod fit;
 mod moment_system;
@@ -27,6 +28,7 @@ mod symmetric;
 
 pub use covariance::LaggedCovariance;
 pub use criterion::Criterion;
+pub use criterion_kind::{CRITERION_LAGS, CriterionKind};
 pub use estimate::{BOUNDARY_SHARE, FrischEstimate, FrischNoise};
 pub use fit::Frisch;
 pub use moments::{MomentsEstimate, WeightedMoments};

@@ -3,6 +3,7 @@
 use std::ops::RangeInclusive;
 
 use gt_core::Dataset;
+use serde::Serialize;
 
 use super::covariance::{LaggedCovariance, ScaledRecord};
 use super::criterion::Criterion;
@@ -18,7 +19,7 @@ use crate::eiv::EivLags;
 const LAGS: usize = 5;
 
 /// What the covariances say of one order.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FrischOrderRow {
     /// The order `n`.
     pub order: usize,
@@ -44,7 +45,7 @@ pub struct FrischOrderRow {
 }
 
 /// Several orders on the same window, with the same moments.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FrischOrderTable {
     /// Rows of the window: the samples from lag `n + 5` of the highest order on.
     pub window_rows: usize,

@@ -1,6 +1,6 @@
 //! The order search: criteria against separate fits, and the orders it finds.
 
-use gt_ident::{Arx, CanonicalForm, OrderKind, order_table};
+use gt_ident::{Arx, CanonicalForm, IdentError, OrderChoice, OrderKind, order_table};
 
 use crate::common::*;
 use crate::fit::mirrored_record;
@@ -130,4 +130,41 @@ fn order_table_without_noise_stops_at_the_true_order() {
             row.order
         );
     }
+}
+
+#[test]
+fn an_order_is_chosen_as_far_as_the_record_bears() {
+    let mut rng = generator(31);
+    let truth = random_form(&mut rng, &[2, 1], 1, false);
+    let data = record(&mut rng, &truth, 600, 0.2);
+    let canonical = OrderKind::Canonical { feedthrough: false };
+    let chosen = canonical.choose(&data, &OrderChoice::Given(5)).unwrap();
+    assert_eq!(chosen.structure, canonical.structure(5, 2).unwrap());
+    assert_eq!((chosen.orders, chosen.shortened), (None, None));
+    // An order of 1 has no state for the second output.
+    for (wish, orders) in [
+        (OrderChoice::Search(1..=6), 2..=6),
+        (OrderChoice::Automatic, 2..=12),
+    ] {
+        let chosen = canonical.choose(&data, &wish).unwrap();
+        let table = order_table(&data, orders, &canonical).unwrap();
+        let best = canonical.structure(table.best_mdl(), 2).unwrap();
+        assert_eq!(chosen.structure, best);
+        assert_eq!((chosen.orders, chosen.shortened), (Some(table), None));
+    }
+    // Order n of one input and two outputs takes n + 3 n + 1 rows.
+    let full = OrderKind::Full { nk: vec![1] };
+    let short = data.rows(0..31).unwrap();
+    let chosen = full.choose(&short, &OrderChoice::Automatic).unwrap();
+    assert_eq!(chosen.shortened, Some(1..=7));
+    assert_eq!(chosen.orders.unwrap().rows.len(), 7);
+    let refused = |wish| canonical.choose(&data, &wish).unwrap_err();
+    let small = IdentError::OrderTooSmall {
+        order: 1,
+        outputs: 2,
+    };
+    assert_eq!(refused(OrderChoice::Given(1)), small);
+    assert_eq!(refused(OrderChoice::Search(1..=1)), small);
+    let error = full.choose(&short, &OrderChoice::Search(1..=12));
+    assert!(matches!(error, Err(IdentError::TooFewRows { .. })));
 }

@@ -1,23 +1,17 @@
 //! Errors-in-variables methods: noise on the inputs too.
 
-use std::ops::RangeInclusive;
 use std::path::Path;
 
 use gt_log::ModelKind;
 use gtfdi::core::Dataset;
 use gtfdi::ident::IdentError;
-use gtfdi::ident::eiv::{Eiv, EivLags, EivModel, EivOrderTable, eiv_order_table};
-use gtfdi::ident::frisch::{self, Frisch};
+use gtfdi::ident::eiv::{EivIdentification, EivMethod};
+use gtfdi::ident::frisch::CriterionKind;
 
-use super::structure::{Order, parse_order};
+use super::structure::parse_order;
 use super::{Identified, Model, Orders};
 use crate::cli::{Criterion, IdentifyArgs, Method};
 use crate::failure::Failure;
-
-/// Lags beyond the order of the criteria that look at some.
-const CRITERION_LAGS: usize = 5;
-/// Orders that `--order auto` looks at, as far as the record bears them.
-const AUTO_ORDERS: RangeInclusive<usize> = 1..=6;
 
 /// Fits a relation an output, with the noise of every channel.
 pub fn identify(
@@ -26,113 +20,48 @@ pub fn identify(
     path: &Path,
     train: &Dataset,
 ) -> Result<Identified, Failure> {
-    let in_file = |error| Failure::in_file(path, error);
-    let mut warnings = Vec::new();
-    let nk = smallest_lags(args, train.nu())?;
-    let (order, orders) = match args.order.as_deref().map(parse_order).transpose()? {
-        Some(Order::One(order)) => (order, None),
-        Some(Order::Range(orders)) => {
-            let table = eiv_order_table(train, orders, &nk).map_err(in_file)?;
-            (table.best_bic(), Some(table))
-        }
-        Some(Order::Auto) => {
-            let table = as_far_as_the_record_bears(train, &nk).map_err(in_file)?;
-            let highest = table.rows.last().map_or(0, |row| row.order);
-            if highest < *AUTO_ORDERS.end() {
-                warnings.push(format!(
-                    "{} rows bear no order above {highest}: --order auto looked no further",
-                    train.len()
-                ));
-            }
-            (table.best_bic(), Some(table))
-        }
-        None => return Err(Failure::missing("--order", "--order auto")),
-    };
-    let lags = EivLags::new(order, nk).map_err(Failure::input)?;
-    let (kind, model) = if method == Method::Frisch {
-        let scheme = Frisch::new(lags).criterion(match args.criterion {
-            Some(Criterion::Shift) => frisch::Criterion::ShiftRelation,
-            Some(Criterion::Covariance) => frisch::Criterion::CovarianceMatch {
-                lags: order + CRITERION_LAGS,
-            },
-            Some(Criterion::YuleWalker) | None => frisch::Criterion::HighOrderYuleWalker {
-                lags: CRITERION_LAGS,
-            },
-        });
-        let found = scheme.fit_shared(train).map_err(in_file)?;
-        (ModelKind::Frisch, found.model(train).map_err(in_file)?)
+    refuse_structures(args)?;
+    let order = args.order.as_deref().map(parse_order).transpose()?;
+    let order = order.ok_or_else(|| Failure::missing("--order", "--order auto"))?;
+    let (kind, method) = if method == Method::Frisch {
+        let criterion = match args.criterion {
+            Some(Criterion::Shift) => CriterionKind::Shift,
+            Some(Criterion::Covariance) => CriterionKind::Covariance,
+            Some(Criterion::YuleWalker) => CriterionKind::YuleWalker,
+            None => CriterionKind::default(),
+        };
+        (ModelKind::Frisch, EivMethod::Frisch(criterion))
     } else {
-        let eiv = Eiv::new(vec![lags; train.ny()]);
-        let found = eiv.fit(train).map_err(in_file)?;
-        if found.short_record {
-            warnings.push(format!(
-                "{} rows are few for this model: the standard errors promise too much",
-                train.len()
-            ));
-        }
-        if !found.converged {
-            warnings.push("the search for the likelihood's maximum did not end".to_owned());
-        }
-        (ModelKind::Eiv, found.model(train).map_err(in_file)?)
+        (ModelKind::Eiv, EivMethod::default())
     };
-    warnings.extend(not_told(&model));
+    let mut wish = EivIdentification::new(order).method(method);
+    if let Some(nk) = &args.nk {
+        wish = wish.nk(nk.clone());
+    }
+    let found = wish.identify(train).map_err(|error| match error {
+        IdentError::EivLag { .. } => Failure::input(error),
+        error => Failure::in_file(path, error),
+    })?;
     Ok(Identified {
-        model: Model::Eiv(kind, model),
-        orders: orders.map(Orders::Eiv),
-        warnings,
+        model: Model::Eiv(kind, found.model),
+        orders: found.orders.map(Orders::Eiv),
+        warnings: found.remarks.iter().map(ToString::to_string).collect(),
     })
 }
 
-/// The smallest lag of each input; options that only another method has are refused.
-fn smallest_lags(args: &IdentifyArgs, inputs: usize) -> Result<Vec<usize>, Failure> {
+/// Refuses options that only another method has.
+fn refuse_structures(args: &IdentifyArgs) -> Result<(), Failure> {
     let others = [
         ("--structure", args.structure.is_some()),
         ("--indices", args.indices.is_some()),
         ("--na", args.na.is_some()),
         ("--nb", args.nb.is_some()),
     ];
-    if let Some((option, _)) = others.into_iter().find(|(_, given)| *given) {
-        return Err(Failure::input(format!(
+    match others.into_iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((option, _)) => Err(Failure::input(format!(
             "{option}: expected with --method arx only, found another method: it takes --order \
              and --nk"
-        )));
+        ))),
     }
-    let nk = args.nk.clone().unwrap_or_else(|| vec![1]);
-    Ok(if nk.len() == 1 {
-        vec![nk[0]; inputs]
-    } else {
-        nk
-    })
-}
-
-/// The table of [`AUTO_ORDERS`], of as many as the record is long enough for.
-fn as_far_as_the_record_bears(train: &Dataset, nk: &[usize]) -> Result<EivOrderTable, IdentError> {
-    let first = nk.iter().copied().fold(*AUTO_ORDERS.start(), usize::max);
-    let mut last = first.max(*AUTO_ORDERS.end());
-    loop {
-        match eiv_order_table(train, first..=last, nk) {
-            Err(IdentError::EivTooFewSamples { .. }) if last > first => last -= 1,
-            result => return result,
-        }
-    }
-}
-
-/// What the record does not tell, in words.
-fn not_told(model: &EivModel) -> Vec<String> {
-    let untold = model
-        .noise()
-        .filter(|(_, noise)| noise.identifiable() == Some(false));
-    untold
-        .map(|(signal, noise)| {
-            let why = match noise.standard_error {
-                _ if noise.at_limit => "it stands at a limit of the search".to_owned(),
-                Some(error) => format!("standard error {error:.3e}"),
-                None => "no standard error".to_owned(),
-            };
-            format!(
-                "the record does not tell the noise of `{}`: variance {:.3e}, {why}",
-                signal.name, noise.variance
-            )
-        })
-        .collect()
 }

@@ -1,30 +1,15 @@
 //! The options of `gtfdi identify` that describe the model's structure.
 
-use std::ops::RangeInclusive;
 use std::path::Path;
 
 use gtfdi::core::Dataset;
-use gtfdi::ident::{ArxStructure, IdentError, OrderKind, OrderTable, generic_indices, order_table};
+use gtfdi::ident::{ArxStructure, IdentError, OrderChoice, OrderKind, OrderTable};
 
 use crate::cli::{IdentifyArgs, Structure};
 use crate::failure::Failure;
 
-/// Orders that `--order auto` looks at with least squares.
-const AUTO_ORDERS: RangeInclusive<usize> = 1..=12;
-
-/// What `--order` asks for.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Order {
-    /// This one.
-    One(usize),
-    /// The best of these.
-    Range(RangeInclusive<usize>),
-    /// [`AUTO_ORDERS`], as far as the record bears them.
-    Auto,
-}
-
 /// Reads `--order`.
-pub fn parse_order(text: &str) -> Result<Order, Failure> {
+pub fn parse_order(text: &str) -> Result<OrderChoice, Failure> {
     let bad = || {
         Failure::input(format!(
             "--order: expected a number from 1, a range such as 1..12, or auto, found `{text}`"
@@ -35,16 +20,16 @@ pub fn parse_order(text: &str) -> Result<Order, Failure> {
         _ => Err(bad()),
     };
     match text.trim() {
-        "auto" => Ok(Order::Auto),
+        "auto" => Ok(OrderChoice::Automatic),
         text => match text.split_once("..") {
-            None => number(text).map(Order::One),
+            None => number(text).map(OrderChoice::Given),
             Some((low, high)) => {
                 let high = high.strip_prefix('=').unwrap_or(high);
                 let (low, high) = (number(low)?, number(high)?);
                 if low > high {
                     return Err(bad());
                 }
-                Ok(Order::Range(low..=high))
+                Ok(OrderChoice::Search(low..=high))
             }
         },
     }
@@ -97,7 +82,7 @@ pub fn choose(args: &IdentifyArgs, path: &Path, train: &Dataset) -> Result<Chose
         Structure::Full => OrderKind::Full { nk: nk.clone() },
     };
     match (order, structure) {
-        (Some(order), _) => by_order(order, &kind, path, train),
+        (Some(order), _) => by_order(&order, &kind, path, train),
         (None, Structure::Canonical) => canonical(args, &kind),
         (None, Structure::Full | Structure::Diag) => {
             let (na, nb) = match (args.na, args.nb.clone()) {
@@ -145,70 +130,44 @@ fn canonical(args: &IdentifyArgs, kind: &OrderKind) -> Result<Chosen, Failure> {
 }
 
 fn by_order(
-    order: Order,
+    order: &OrderChoice,
     kind: &OrderKind,
     path: &Path,
     train: &Dataset,
 ) -> Result<Chosen, Failure> {
-    let outputs = train.ny();
-    let (orders, shrinks) = match order {
-        Order::One(order) => {
-            let structure = kind.structure(order, outputs).map_err(option)?;
-            return Ok(Chosen::from(structure));
-        }
-        Order::Range(orders) => (orders, false),
-        Order::Auto => (AUTO_ORDERS, true),
-    };
-    // Fewer states than outputs leave an output without a row of its own.
-    let low = match kind {
-        OrderKind::Canonical { .. } => {
-            generic_indices(*orders.end(), outputs).map_err(option)?;
-            (*orders.start()).max(outputs)
-        }
-        _ => *orders.start(),
-    };
-    let mut high = *orders.end();
-    let table = loop {
-        match order_table(train, low..=high, kind) {
-            Err(IdentError::TooFewRows { .. }) if shrinks && high > low => high -= 1,
-            result => break result.map_err(|error| Failure::in_file(path, error))?,
-        }
-    };
-    let warning = (high < *orders.end()).then(|| {
+    let chosen = kind.choose(train, order).map_err(|error| match error {
+        IdentError::OrderTooSmall { order, outputs } => Failure::input(format!(
+            "--order: expected at least {outputs}, one for each output, found {order}"
+        )),
+        error => Failure::in_file(path, error),
+    })?;
+    let warning = chosen.shortened.map(|orders| {
+        let (low, high) = (orders.start(), orders.end());
         format!(
             "{} rows bear no order above {high}: --order auto looked at {low}..{high}",
             train.len()
         )
     });
-    let structure = kind.structure(table.best_mdl(), outputs).map_err(option)?;
     Ok(Chosen {
-        structure,
-        orders: Some(table),
+        structure: chosen.structure,
+        orders: chosen.orders,
         warning,
     })
 }
 
-/// An order that the number of outputs rules out.
-fn option(error: IdentError) -> Failure {
-    match error {
-        IdentError::OrderTooSmall { order, outputs } => Failure::input(format!(
-            "--order: expected at least {outputs}, one for each output, found {order}"
-        )),
-        error => Failure::input(error),
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Order, parse_order};
+    use gtfdi::ident::OrderChoice;
+
+    use super::parse_order;
 
     #[test]
     fn orders_are_a_number_a_range_or_auto() {
         for (text, order) in [
-            ("8", Order::One(8)),
-            ("1..12", Order::Range(1..=12)),
-            ("2..=4", Order::Range(2..=4)),
-            ("auto", Order::Auto),
+            ("8", OrderChoice::Given(8)),
+            ("1..12", OrderChoice::Search(1..=12)),
+            ("2..=4", OrderChoice::Search(2..=4)),
+            ("auto", OrderChoice::Automatic),
         ] {
             assert_eq!(parse_order(text).expect(text), order);
         }

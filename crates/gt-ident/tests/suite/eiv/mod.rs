@@ -2,6 +2,7 @@
 //! against its bound, published-style vectors and exact errors.
 
 mod fit;
+mod identification;
 mod likelihood;
 mod minimiser;
 mod monte_carlo;

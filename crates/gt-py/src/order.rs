@@ -1,0 +1,89 @@
+//! `Order` and `Numbers`: how orders and lags are given.
+
+use std::ops::RangeInclusive;
+
+use gtfdi::ident::OrderChoice;
+use pyo3::prelude::*;
+
+use crate::error::Failure;
+
+/// A number, or one for each input.
+#[derive(FromPyObject, Clone)]
+pub enum Numbers {
+    /// One for all.
+    #[pyo3(annotation = "int")]
+    One(usize),
+    /// One each.
+    #[pyo3(annotation = "list of int")]
+    Many(Vec<usize>),
+}
+
+impl From<Numbers> for Vec<usize> {
+    fn from(numbers: Numbers) -> Self {
+        match numbers {
+            Numbers::One(number) => vec![number],
+            Numbers::Many(numbers) => numbers,
+        }
+    }
+}
+
+/// The smallest lags of the inputs, 1 where none are given.
+pub fn smallest_lags(nk: Option<Numbers>) -> Vec<usize> {
+    nk.map_or_else(|| vec![1], Into::into)
+}
+
+/// The smallest lag of each of so many inputs.
+pub fn lags_of_each(nk: Option<Numbers>, inputs: usize) -> Vec<usize> {
+    match smallest_lags(nk)[..] {
+        [lag] => vec![lag; inputs],
+        ref lags => lags.to_vec(),
+    }
+}
+
+/// What `order` may be.
+#[derive(FromPyObject, Clone)]
+pub enum Order {
+    /// An order.
+    #[pyo3(annotation = "int")]
+    One(i64),
+    /// The lowest and the highest order of a search.
+    #[pyo3(annotation = "tuple of two int")]
+    Search((i64, i64)),
+    /// `auto`.
+    #[pyo3(annotation = "\"auto\"")]
+    Name(String),
+}
+
+impl Order {
+    /// The order or the orders that it asks for.
+    pub fn read(&self) -> Result<OrderChoice, Failure> {
+        match self {
+            Self::One(order) => number(*order)
+                .map(OrderChoice::Given)
+                .ok_or_else(|| bad(order.to_string())),
+            Self::Search(orders) => range(*orders).map(OrderChoice::Search),
+            Self::Name(name) if name == "auto" => Ok(OrderChoice::Automatic),
+            Self::Name(name) => Err(bad(format!("{name:?}"))),
+        }
+    }
+}
+
+/// The orders from `low` to `high`.
+pub fn range((low, high): (i64, i64)) -> Result<RangeInclusive<usize>, Failure> {
+    match (number(low), number(high)) {
+        (Some(first), Some(last)) if first <= last => Ok(first..=last),
+        _ => Err(bad(format!("({low}, {high})"))),
+    }
+}
+
+fn number(value: i64) -> Option<usize> {
+    usize::try_from(value).ok().filter(|&value| value >= 1)
+}
+
+fn bad(found: String) -> Failure {
+    Failure::Option {
+        option: "order",
+        expected: "a number from 1, a pair such as (1, 12), or \"auto\"".to_owned(),
+        found,
+    }
+}
