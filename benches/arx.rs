@@ -6,6 +6,13 @@
 //! The record is that of two slow inputs (double poles at 0.99) into outputs with double poles at
 //! 0.9 and less; with little noise neighbouring lags are nearly alike, which sets the condition.
 
+#[allow(
+    dead_code,
+    unused_imports,
+    reason = "the tests of the loops are in gt-ident"
+)]
+#[path = "../crates/gt-ident/src/kernel.rs"]
+mod kernel;
 mod timing;
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -16,6 +23,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use gtfdi::core::{Dataset, Signal, la};
 use gtfdi::ident::{Arx, ArxModel, ArxStructure, Channel, OrderKind, Solver, order_table};
 use nalgebra::DMatrix;
+use pulp::{Scalar, WithSimd};
 
 /// Lags of every output and input.
 const ORDER: usize = 8;
@@ -63,7 +71,71 @@ fn peak_mb(work: impl FnOnce()) -> f64 {
     (PEAK.load(Ordering::Relaxed) - before) as f64 / 1e6
 }
 
+/// Rows and lags of a call of the inner loops: those of a block of a fit.
+const KERNEL_ROWS: usize = 2048;
+const KERNEL_CALLS: usize = 200;
+
+/// The inner loops of a fit in registers against the same loops without any.
+fn kernels() {
+    let mut normal = Normal(7);
+    let mut draw = |count: usize| -> Vec<f64> { (0..count).map(|_| normal.next()).collect() };
+    let (samples, weights) = (draw(KERNEL_ROWS + ORDER - 1), draw(KERNEL_ROWS));
+    let coefficients = draw(ORDER);
+    let [mut wide, mut plain] = [(); 2].map(|()| vec![0.0; KERNEL_ROWS]);
+    let [mut wide_sums, mut plain_sums] = [(); 2].map(|()| vec![0.0; ORDER]);
+    let times = timing::race(vec![
+        (
+            "combine, no registers",
+            Box::new(|| {
+                for _ in 0..KERNEL_CALLS {
+                    let operation = kernel::Combine {
+                        coefficients: black_box(&coefficients),
+                        samples: &samples,
+                        out: &mut plain,
+                    };
+                    operation.with_simd(Scalar);
+                }
+            }),
+        ),
+        (
+            "combine, as it is",
+            Box::new(|| {
+                for _ in 0..KERNEL_CALLS {
+                    kernel::combine(black_box(&coefficients), &samples, &mut wide);
+                }
+            }),
+        ),
+        (
+            "correlate, no registers",
+            Box::new(|| {
+                for _ in 0..KERNEL_CALLS {
+                    let operation = kernel::Correlate {
+                        q: black_box(&weights),
+                        samples: &samples,
+                        sums: &mut plain_sums,
+                    };
+                    operation.with_simd(Scalar);
+                }
+            }),
+        ),
+        (
+            "correlate, as it is",
+            Box::new(|| {
+                for _ in 0..KERNEL_CALLS {
+                    kernel::correlate(black_box(&weights), &samples, &mut wide_sums);
+                }
+            }),
+        ),
+    ]);
+    println!("inner loops of a refinement: {KERNEL_ROWS} rows, {ORDER} lags");
+    let products = (KERNEL_CALLS * KERNEL_ROWS * ORDER) as f64;
+    let figure = |seconds: f64| products / seconds / 1e9;
+    times.print("products/ns", figure, &[0, 2], ("", &[]));
+    println!();
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
+    kernels();
     for (samples, rounds) in [(100_000, 9), (1_000_000, 3)] {
         for (outputs, deviation) in [(1, 1e-3), (1, 2e-7), (4, 1e-3)] {
             fits(&record(samples, outputs, deviation)?, rounds)?;

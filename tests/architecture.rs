@@ -24,7 +24,7 @@ const ROOMS: [(&str, &[&str]); 10] = [
 const GUARDED: [(&str, &[&str]); 15] = [
     ("faer", &["gt-core", "gt-ident", "gt-fdi"]),
     ("clarabel", &["gt-core"]),
-    ("pulp", &["gt-plant"]),
+    ("pulp", &["gt-ident", "gt-plant"]),
     ("tokio", &[]),
     ("mcap", &["gt-log"]),
     ("prost", &["gt-log"]),

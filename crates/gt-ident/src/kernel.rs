@@ -1,125 +1,103 @@
 //! Products of lagged channels with vectors: the two inner loops of every pass over a record.
 //!
-//! With AVX2 and fused multiplication, found at run time, they do 8 to 11 multiplications a
-//! nanosecond on the machine they were written on, in the portable build 3 to 4.6; what share of a
-//! fit that is has not been measured. The results of the two differ by rounding.
-#![allow(
-    unsafe_code,
-    reason = "two calls of functions that use an instruction set whose presence is asked for \
-              beforehand; the tests below compare both ways, and each loop is 2 to 3 times as fast"
-)]
+//! They are written once over pulp's registers and run on the widest that the machine has; without
+//! any they are plain loops. The results differ from machine to machine by rounding.
+//! `cargo bench -p gtfdi --bench arx` compares both ways and says what a fit gains.
 
-/// Rows in a tile of [`combine`]: wide enough that the sums of eight registers run side by side.
-const TILE: usize = 64;
-/// Partial sums of one dot product.
-const LANES: usize = 8;
+use pulp::{Arch, Simd, WithSimd, bytemuck};
+
+/// Registers in a tile of [`combine`]: their sums run side by side.
+const TILE: usize = 8;
+/// Registers of one dot product.
+const CHAINS: usize = 2;
 
 /// `out[t] += sum over l of coefficients[l] * samples[last - l + t]`, so that `coefficients[0]`
 /// meets the smallest lag. `samples` holds `out.len() + coefficients.len() - 1` numbers.
 pub(crate) fn combine(coefficients: &[f64], samples: &[f64], out: &mut [f64]) {
-    #[cfg(target_arch = "x86_64")]
-    if fused() {
-        // SAFETY: `fused` has found AVX2 and FMA, which is all that the function asks for.
-        unsafe { combine_fused(coefficients, samples, out) };
-        return;
-    }
-    combine_with::<false>(coefficients, samples, out);
+    Arch::new().dispatch(Combine {
+        coefficients,
+        samples,
+        out,
+    });
 }
 
 /// `sums[l] += sum over t of q[t] * samples[last - l + t]`, the transpose of [`combine`].
 pub(crate) fn correlate(q: &[f64], samples: &[f64], sums: &mut [f64]) {
-    #[cfg(target_arch = "x86_64")]
-    if fused() {
-        // SAFETY: `fused` has found AVX2 and FMA, which is all that the function asks for.
-        unsafe { correlate_fused(q, samples, sums) };
-        return;
-    }
-    correlate_plain(q, samples, sums);
+    Arch::new().dispatch(Correlate { q, samples, sums });
 }
 
-#[cfg(target_arch = "x86_64")]
-fn fused() -> bool {
-    std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma")
+/// The operation of [`combine`].
+pub(crate) struct Combine<'a> {
+    pub coefficients: &'a [f64],
+    pub samples: &'a [f64],
+    pub out: &'a mut [f64],
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn combine_fused(coefficients: &[f64], samples: &[f64], out: &mut [f64]) {
-    combine_with::<true>(coefficients, samples, out);
-}
+impl WithSimd for Combine<'_> {
+    type Output = ();
 
-/// [`correlate_plain`] with two registers of four sums for each lag: left to itself the compiler gathers
-/// across lags, at less than half the speed.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn correlate_fused(q: &[f64], samples: &[f64], sums: &mut [f64]) {
-    let mut done = 0;
-    while done < sums.len() {
-        let left = sums.len() - done;
-        let take = group(left);
-        let from = &samples[left - take..];
-        let part = &mut sums[done..done + take];
-        match take {
-            1 => dots_fused::<1>(q, from, part),
-            2 => dots_fused::<2>(q, from, part),
-            3 => dots_fused::<3>(q, from, part),
-            4 => dots_fused::<4>(q, from, part),
-            5 => dots_fused::<5>(q, from, part),
-            _ => dots_fused::<6>(q, from, part),
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self {
+            coefficients,
+            samples,
+            out,
+        } = self;
+        let last = coefficients.len().saturating_sub(1);
+        let width = TILE * S::F64_LANES;
+        let whole = out.len() - out.len() % width;
+        for (start, tile) in (0..whole).step_by(width).zip(out.chunks_exact_mut(width)) {
+            let tile: &mut [S::f64s] = bytemuck::cast_slice_mut(tile);
+            let mut sums = [simd.splat_f64s(0.0); TILE];
+            sums.copy_from_slice(tile);
+            for (lag, &coefficient) in coefficients.iter().enumerate() {
+                let factor = simd.splat_f64s(coefficient);
+                let from = last - lag + start;
+                let lagged: &[S::f64s] = bytemuck::cast_slice(&samples[from..from + width]);
+                for (sum, &value) in sums.iter_mut().zip(lagged) {
+                    *sum = simd.mul_add_e_f64s(factor, value, *sum);
+                }
+            }
+            tile.copy_from_slice(&sums);
         }
-        done += take;
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn dots_fused<const COUNT: usize>(q: &[f64], samples: &[f64], sums: &mut [f64]) {
-    use std::arch::x86_64::{
-        __m256d, _mm256_add_pd, _mm256_fmadd_pd, _mm256_setr_pd, _mm256_setzero_pd,
-    };
-
-    let load = |from: &[f64; LANES], at: usize| -> __m256d {
-        _mm256_setr_pd(from[at], from[at + 1], from[at + 2], from[at + 3])
-    };
-    let mut lanes = [[_mm256_setzero_pd(); 2]; COUNT];
-    let whole = q.len() - q.len() % LANES;
-    for start in (0..whole).step_by(LANES) {
-        let Some(factor) = q[start..].first_chunk::<LANES>() else {
-            return;
-        };
-        let window = &samples[start..start + LANES + COUNT - 1];
-        for lag in 0..COUNT {
-            let Some(lagged) = window[COUNT - 1 - lag..].first_chunk::<LANES>() else {
-                return;
-            };
-            for (half, lanes) in lanes[lag].iter_mut().enumerate() {
-                let (a, b) = (load(factor, 4 * half), load(lagged, 4 * half));
-                *lanes = _mm256_fmadd_pd(a, b, *lanes);
+        for (t, value) in out.iter_mut().enumerate().skip(whole) {
+            for (lag, &coefficient) in coefficients.iter().enumerate() {
+                *value += coefficient * samples[last - lag + t];
             }
         }
     }
-    for (lag, (sum, lanes)) in sums.iter_mut().zip(lanes).enumerate() {
-        let mut total = total_of(_mm256_add_pd(lanes[0], lanes[1]));
-        for t in whole..q.len() {
-            total = q[t].mul_add(samples[COUNT - 1 - lag + t], total);
-        }
-        *sum += total;
-    }
 }
 
-/// The sum of four lanes.
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn total_of(lanes: std::arch::x86_64::__m256d) -> f64 {
-    use std::arch::x86_64::{
-        _mm_add_pd, _mm_add_sd, _mm_cvtsd_f64, _mm_unpackhi_pd, _mm256_castpd256_pd128,
-        _mm256_extractf128_pd,
-    };
-    let pair = _mm_add_pd(
-        _mm256_castpd256_pd128(lanes),
-        _mm256_extractf128_pd::<1>(lanes),
-    );
-    _mm_cvtsd_f64(_mm_add_sd(pair, _mm_unpackhi_pd(pair, pair)))
+/// The operation of [`correlate`].
+pub(crate) struct Correlate<'a> {
+    pub q: &'a [f64],
+    pub samples: &'a [f64],
+    pub sums: &'a mut [f64],
+}
+
+impl WithSimd for Correlate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { q, samples, sums } = self;
+        let mut done = 0;
+        while done < sums.len() {
+            let left = sums.len() - done;
+            let take = group(left);
+            let from = &samples[left - take..];
+            let part = &mut sums[done..done + take];
+            match take {
+                1 => dots::<S, 1>(simd, q, from, part),
+                2 => dots::<S, 2>(simd, q, from, part),
+                3 => dots::<S, 3>(simd, q, from, part),
+                4 => dots::<S, 4>(simd, q, from, part),
+                5 => dots::<S, 5>(simd, q, from, part),
+                _ => dots::<S, 6>(simd, q, from, part),
+            }
+            done += take;
+        }
+    }
 }
 
 /// How many of `left` lags make the next group: four to six keep their sums in sixteen registers,
@@ -133,76 +111,25 @@ fn group(left: usize) -> usize {
     }
 }
 
-/// `a b + c`; without the instruction `mul_add` would be a call of the C library.
-#[inline(always)]
-fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
-    if FUSED { a.mul_add(b, c) } else { a * b + c }
-}
-
-#[inline(always)]
-fn combine_with<const FUSED: bool>(coefficients: &[f64], samples: &[f64], out: &mut [f64]) {
-    let last = coefficients.len().saturating_sub(1);
-    let whole = out.len() - out.len() % TILE;
-    let starts = (0..whole).step_by(TILE);
-    for (start, tile) in starts.zip(out.chunks_exact_mut(TILE)) {
-        let mut sums = [0.0; TILE];
-        sums.copy_from_slice(tile);
-        for (lag, &coefficient) in coefficients.iter().enumerate() {
-            let Some(lagged) = samples[last - lag + start..].first_chunk::<TILE>() else {
-                return;
-            };
-            for i in 0..TILE {
-                sums[i] = multiply_add::<FUSED>(coefficient, lagged[i], sums[i]);
-            }
-        }
-        tile.copy_from_slice(&sums);
-    }
-    for (t, value) in out.iter_mut().enumerate().skip(whole) {
-        for (lag, &coefficient) in coefficients.iter().enumerate() {
-            *value = multiply_add::<FUSED>(coefficient, samples[last - lag + t], *value);
-        }
-    }
-}
-
-fn correlate_plain(q: &[f64], samples: &[f64], sums: &mut [f64]) {
-    let mut done = 0;
-    while done < sums.len() {
-        let left = sums.len() - done;
-        let take = group(left);
-        let from = &samples[left - take..];
-        let part = &mut sums[done..done + take];
-        match take {
-            1 => dots::<1>(q, from, part),
-            2 => dots::<2>(q, from, part),
-            3 => dots::<3>(q, from, part),
-            4 => dots::<4>(q, from, part),
-            5 => dots::<5>(q, from, part),
-            _ => dots::<6>(q, from, part),
-        }
-        done += take;
-    }
-}
-
 /// `COUNT` dot products of `q` with `samples` shifted by one from each to the next.
-fn dots<const COUNT: usize>(q: &[f64], samples: &[f64], sums: &mut [f64]) {
-    let mut lanes = [[0.0; LANES]; COUNT];
-    let whole = q.len() - q.len() % LANES;
-    for start in (0..whole).step_by(LANES) {
-        let Some(factor) = q[start..].first_chunk::<LANES>() else {
-            return;
-        };
-        let window = &samples[start..start + LANES + COUNT - 1];
-        for lag in 0..COUNT {
-            let Some(lagged) = window[COUNT - 1 - lag..].first_chunk::<LANES>() else {
-                return;
-            };
-            for i in 0..LANES {
-                lanes[lag][i] += factor[i] * lagged[i];
+#[inline(always)]
+fn dots<S: Simd, const COUNT: usize>(simd: S, q: &[f64], samples: &[f64], sums: &mut [f64]) {
+    let mut lanes = [[simd.splat_f64s(0.0); CHAINS]; COUNT];
+    let width = CHAINS * S::F64_LANES;
+    let whole = q.len() - q.len() % width;
+    for start in (0..whole).step_by(width) {
+        let factors: &[S::f64s] = bytemuck::cast_slice(&q[start..start + width]);
+        let window = &samples[start..start + width + COUNT - 1];
+        for (lag, lanes) in lanes.iter_mut().enumerate() {
+            let from = COUNT - 1 - lag;
+            let lagged: &[S::f64s] = bytemuck::cast_slice(&window[from..from + width]);
+            for (sum, (&factor, &value)) in lanes.iter_mut().zip(factors.iter().zip(lagged)) {
+                *sum = simd.mul_add_e_f64s(factor, value, *sum);
             }
         }
     }
-    for (lag, (sum, lanes)) in sums.iter_mut().zip(&lanes).enumerate() {
-        let mut total = lanes.iter().sum::<f64>();
+    for (lag, (sum, [first, second])) in sums.iter_mut().zip(lanes).enumerate() {
+        let mut total = simd.reduce_sum_f64s(simd.add_f64s(first, second));
         for t in whole..q.len() {
             total += q[t] * samples[COUNT - 1 - lag + t];
         }
@@ -212,7 +139,9 @@ fn dots<const COUNT: usize>(q: &[f64], samples: &[f64], sums: &mut [f64]) {
 
 #[cfg(test)]
 mod tests {
-    use super::{combine, combine_with, correlate, correlate_plain};
+    use pulp::Scalar;
+
+    use super::{Combine, Correlate, WithSimd, combine, correlate};
 
     /// Numbers of magnitude below 1 without a pattern that the kernels could hide behind.
     fn numbers(count: usize, seed: u64) -> Vec<f64> {
@@ -235,14 +164,24 @@ mod tests {
                 let close = |found: f64, expected: f64| (found - expected).abs() < 1e-13;
                 let (mut wide, mut plain) = (q.clone(), q.clone());
                 combine(&x, &samples, &mut wide);
-                combine_with::<false>(&x, &samples, &mut plain);
+                Combine {
+                    coefficients: &x,
+                    samples: &samples,
+                    out: &mut plain,
+                }
+                .with_simd(Scalar);
                 for t in 0..rows {
                     let expected = q[t] + (0..lags).map(|lag| x[lag] * at(lag, t)).sum::<f64>();
                     assert!(close(wide[t], expected) && close(plain[t], expected));
                 }
                 let (mut wide, mut plain) = (x.clone(), x.clone());
                 correlate(&q, &samples, &mut wide);
-                correlate_plain(&q, &samples, &mut plain);
+                Correlate {
+                    q: &q,
+                    samples: &samples,
+                    sums: &mut plain,
+                }
+                .with_simd(Scalar);
                 for lag in 0..lags {
                     let expected = x[lag] + (0..rows).map(|t| q[t] * at(lag, t)).sum::<f64>();
                     assert!(close(wide[lag], expected) && close(plain[lag], expected));
