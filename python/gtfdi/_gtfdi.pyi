@@ -303,7 +303,7 @@ class Dataset:
 
 _Healthy: TypeAlias = Dataset | tuple[ArrayLike, ArrayLike]
 _Record: TypeAlias = Dataset | ArrayLike | tuple[ArrayLike, ArrayLike]
-_Records: TypeAlias = _Record | Sequence[_Healthy]
+_Records: TypeAlias = _Record | list[Dataset] | list[tuple[ArrayLike, ArrayLike]]
 
 @final
 class Run:

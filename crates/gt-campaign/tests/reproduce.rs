@@ -121,9 +121,10 @@ fn published_table8_is_recovered_from_the_noisy_records() {
             row.worst_error_percent.abs() >= error.abs() - 1e-9,
             "{row:?}"
         );
-        // The paper's tolerance of 10 % on the twin. A record of 7500 samples tells a deviation to
-        // 1 / sqrt(2 N) = 0.8 % at best; the estimate says about that of itself.
-        assert!(row.met && row.worst_error_percent.abs() <= 10.0, "{row:?}");
+        assert_eq!(row.put_in, row.paper);
+        // 10 % is asked for. A record of 7500 samples tells a deviation to 1 / sqrt(2 N) = 0.8 % at
+        // best; the estimate says about that of itself. 3 % is what the README says of these seeds.
+        assert!(row.met && row.worst_error_percent.abs() <= 3.0, "{row:?}");
         let share = row.standard_error.expect("a standard error") / row.found;
         assert!(share > 0.007 && share < 0.03, "{row:?}");
         // With no more than five of its standard errors it is not off by luck alone.
@@ -323,13 +324,9 @@ fn what_is_not_computed_is_null_or_empty() {
     let json = serde_json::to_value(&reproduction().tables).unwrap();
     assert_eq!(json["schema_version"], 1);
     assert_eq!(json["table10"], serde_json::json!([]));
-    for key in ["table7", "table8", "isolation"] {
-        assert!(
-            json.as_object().unwrap().contains_key(key),
-            "{key} is missing"
-        );
-        assert!(json[key].is_null(), "{key}");
-    }
+    // Indexing a key that is missing gives null too.
+    assert!(json.as_object().unwrap().contains_key("isolation"));
+    assert!(json["isolation"].is_null());
 }
 
 #[test]

@@ -13,8 +13,8 @@ pub const DIVERGENCE_FACTOR: f64 = 1e6;
 /// The outputs of a model that sees only the inputs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeRun {
-    /// Outputs in the record's units (`ny x N`); the first `max_lag` columns are the measured
-    /// ones, and an output that diverged is NaN from there on.
+    /// Outputs in the record's units (`ny x N`); the first `max_lag` columns are those of the
+    /// [`Start`], and an output that diverged is NaN from there on.
     pub y: DMatrix<f64>,
     /// For each output, the sample from which the run is not finite or further than
     /// [`DIVERGENCE_FACTOR`] times the output's range in the record from the operating point.
@@ -28,17 +28,21 @@ pub enum Start {
     /// The first `max_lag` measured outputs: right where they carry little noise.
     #[default]
     Measured,
-    /// The first `max_lag` outputs with which the run comes closest to the record (least squares,
-    /// each output in units of its deviation; of those that come equally close, the ones nearest to
-    /// the measured ones). Noise on the first samples then does not ring through the run.
+    /// The first `max_lag` outputs with which the run comes closest to the record, those samples
+    /// included (least squares, each output in units of its deviation). Noise on the first samples
+    /// then does not ring through the run. It spends as many degrees of freedom of the record as
+    /// samples are fitted. A run that diverges from the measured start, or that more than
+    /// [`START_LIMIT`] samples have a part in, starts as measured.
     Fitted,
 }
 
+/// The largest number of first samples, over all outputs, that [`Start::Fitted`] fits.
+pub const START_LIMIT: usize = 512;
+
 /// Responses of the outputs that are below this share of their largest are over.
 const RESPONSE_END: f64 = 1e-9;
-/// Directions of the start that move the outputs less than this, relative to the most that one does,
-/// stay as measured.
-const START_TOLERANCE: f64 = 1e-9;
+/// A response that grows beyond this cannot be squared.
+const RESPONSE_LIMIT: f64 = 1e100;
 /// Entries of the matrix of responses at most (128 MB): a start is fitted to fewer samples sooner
 /// than with more memory.
 const RESPONSE_ENTRIES: usize = 1 << 24;
@@ -114,53 +118,66 @@ impl ArxModel {
     }
 
     /// What to add to the first outputs (`max_lag x ny`) so that the run comes closest to the
-    /// record; `None` where nothing can be said.
+    /// record; `None` where they are too many or move the run beyond all numbers.
     fn start_change(&self, record: &Deviations, run: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         let (lags, outputs) = (self.max_lag(), record.y.ncols());
-        let unknowns = lags * outputs;
-        if unknowns == 0 {
+        let unknowns = self.samples_in_use(outputs);
+        if unknowns.is_empty() || unknowns.len() > START_LIMIT {
             return None;
         }
         let deviations = record.y.column_iter().map(|y| y.variance().sqrt());
         let units: Vec<f64> = deviations
             .map(|unit| if unit.is_normal() { unit } else { 1.0 })
             .collect();
-        let rows = record
-            .y
-            .nrows()
-            .min(RESPONSE_ENTRIES / (outputs * unknowns));
-        let mut responses = DMatrix::zeros(rows * outputs, unknowns);
-        for (unknown, mut column) in responses.column_iter_mut().enumerate() {
+        let most = RESPONSE_ENTRIES / (outputs * unknowns.len());
+        let rows = record.y.nrows().min(most);
+        if rows <= lags {
+            return None;
+        }
+        let mut responses = DMatrix::zeros(rows * outputs, unknowns.len());
+        for (&(t, output), mut column) in unknowns.iter().zip(responses.column_iter_mut()) {
             let mut y = DMatrix::zeros(rows, outputs);
-            y[(unknown % lags, unknown / lags)] = units[unknown / lags];
+            y[(t, output)] = units[output];
             self.respond(&mut y);
             for (index, value) in column.iter_mut().enumerate() {
                 *value = y[(index / outputs, index % outputs)] / units[index % outputs];
             }
         }
-        if !responses.iter().all(|value| value.is_finite()) {
+        let largest = responses.amax();
+        // NaN is not below either.
+        if !(largest < RESPONSE_LIMIT && responses.iter().all(|value| value.is_finite())) {
             return None;
         }
-        let floor = RESPONSE_END * responses.amax();
-        let last = (0..responses.nrows()).rfind(|&row| responses.row(row).amax() > floor)?;
-        let responses = responses.remove_rows(last + 1, rows * outputs - last - 1);
-        if responses.nrows() < unknowns {
-            return None;
-        }
-        let target = DVector::from_fn(last + 1, |index, _| {
+        let moves = |row: &usize| responses.row(*row).amax() > RESPONSE_END * largest;
+        let used = (lags * outputs).max((0..responses.nrows()).rev().find(moves)? + 1);
+        let responses = responses.rows(0, used).into_owned();
+        let mut target = DVector::from_fn(used, |index, _| {
             let (t, output) = (index / outputs, index % outputs);
             (record.y[(t, output)] - run[(t, output)]) / units[output]
         });
+        // Every unknown is a sample of the target itself: the columns are independent.
         let factor = responses.qr();
-        let mut projected = target;
-        factor.q_tr_mul(&mut projected);
-        let inner = factor.r().svd(true, true);
-        let tolerance = START_TOLERANCE * inner.singular_values.amax();
-        let projected = projected.rows(0, unknowns).into_owned();
-        let change = inner.solve(&projected, tolerance).ok()?;
-        Some(DMatrix::from_fn(lags, outputs, |lag, output| {
-            change[output * lags + lag] * units[output]
-        }))
+        factor.q_tr_mul(&mut target);
+        let target = target.rows(0, unknowns.len());
+        let change = factor.r().solve_upper_triangular(&target)?;
+        let mut all = DMatrix::zeros(lags, outputs);
+        for (&(t, output), change) in unknowns.iter().zip(&change) {
+            all[(t, output)] = change * units[output];
+        }
+        Some(all)
+    }
+
+    /// The samples before the run, as (time, output), that some row looks back at.
+    fn samples_in_use(&self, outputs: usize) -> Vec<(usize, usize)> {
+        let lags = self.max_lag();
+        let longest = |output: usize| {
+            let terms = self.rows().iter().flat_map(|row| &row.terms);
+            let own = terms.filter(|term| term.channel == Channel::Output(output));
+            own.map(|term| term.lag).max().unwrap_or(0)
+        };
+        (0..outputs)
+            .flat_map(|output| (lags - longest(output)..lags).map(move |t| (t, output)))
+            .collect()
     }
 
     /// The outputs (`rows x ny`) without inputs from the first `max_lag` on.

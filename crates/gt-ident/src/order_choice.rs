@@ -33,6 +33,25 @@ pub struct ChosenStructure {
 }
 
 impl OrderKind {
+    /// The orders of a range that have a structure for so many outputs: canonical ones from the number
+    /// of outputs on, of the others all.
+    ///
+    /// # Errors
+    /// [`IdentError::OrderTooSmall`] where none has.
+    pub fn searched(
+        &self,
+        orders: RangeInclusive<usize>,
+        outputs: usize,
+    ) -> Result<RangeInclusive<usize>, IdentError> {
+        match self {
+            Self::Canonical { .. } => {
+                generic_indices(*orders.end(), outputs)?;
+                Ok((*orders.start()).max(outputs)..=*orders.end())
+            }
+            Self::Diagonal { .. } | Self::Full { .. } => Ok(orders),
+        }
+    }
+
     /// The structure of an order, or of the one with the smallest MDL on a record; an automatic
     /// choice looks at the orders 1 to 12. Canonical orders below the number of outputs, which
     /// leave an output without a row of its own, are left out of a search.
@@ -57,14 +76,8 @@ impl OrderKind {
             OrderChoice::Search(orders) => (orders.clone(), false),
             OrderChoice::Automatic => (AUTOMATIC_ORDERS, true),
         };
-        let low = match self {
-            Self::Canonical { .. } => {
-                generic_indices(*orders.end(), outputs)?;
-                (*orders.start()).max(outputs)
-            }
-            Self::Diagonal { .. } | Self::Full { .. } => *orders.start(),
-        };
-        let mut high = *orders.end();
+        let orders = self.searched(orders, outputs)?;
+        let (low, mut high) = orders.clone().into_inner();
         let table = loop {
             match order_table(data, low..=high, self) {
                 Err(IdentError::TooFewRows { .. }) if shrinks && high > low => high -= 1,

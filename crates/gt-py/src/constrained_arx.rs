@@ -1,6 +1,6 @@
 //! `ConstrainedArx` and `ConstrainedFit`: least squares with stable poles and known gains.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use gtfdi::core::Dataset;
@@ -46,7 +46,7 @@ impl Gain {
 }
 
 /// What is known of gains, by output and input.
-type Gains = HashMap<(String, String), Gain>;
+type Gains = BTreeMap<(String, String), Gain>;
 
 /// A diagonal ARX model (own-output lags only) that is to be fitted with stable poles and known
 /// gains at rest, by quadratic programmes.

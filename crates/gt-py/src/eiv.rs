@@ -120,8 +120,8 @@ pub fn eiv(
     )
 }
 
-/// Identifies an errors-in-variables model by the Frisch scheme: quicker than ``gtfdi.eiv`` and
-/// less accurate, from covariances alone.
+/// Identifies an errors-in-variables model by the Frisch scheme, from covariances alone: for a given
+/// order quicker than ``gtfdi.eiv``, and less accurate.
 ///
 /// Parameters
 /// ----------

@@ -61,19 +61,27 @@ impl Order {
             Self::One(order) => number(*order)
                 .map(OrderChoice::Given)
                 .ok_or_else(|| bad(order.to_string())),
-            Self::Search(orders) => range(*orders).map(OrderChoice::Search),
+            Self::Search((low, high)) => ascending(*low, *high)
+                .map(OrderChoice::Search)
+                .ok_or_else(|| bad(format!("({low}, {high})"))),
             Self::Name(name) if name == "auto" => Ok(OrderChoice::Automatic),
             Self::Name(name) => Err(bad(format!("{name:?}"))),
         }
     }
 }
 
-/// The orders from `low` to `high`.
+/// The argument `orders`: those from `low` to `high`.
 pub fn range((low, high): (i64, i64)) -> Result<RangeInclusive<usize>, Failure> {
-    match (number(low), number(high)) {
-        (Some(first), Some(last)) if first <= last => Ok(first..=last),
-        _ => Err(bad(format!("({low}, {high})"))),
-    }
+    ascending(low, high).ok_or_else(|| Failure::Option {
+        option: "orders",
+        expected: "the lowest and the highest order, from 1 on, such as (1, 12)".to_owned(),
+        found: format!("({low}, {high})"),
+    })
+}
+
+fn ascending(low: i64, high: i64) -> Option<RangeInclusive<usize>> {
+    let (first, last) = (number(low)?, number(high)?);
+    (first <= last).then_some(first..=last)
 }
 
 fn number(value: i64) -> Option<usize> {

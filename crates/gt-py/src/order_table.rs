@@ -95,14 +95,7 @@ pub fn py_order_table(
     };
     let family = kind.family(smallest_lags(nk))?;
     let orders = range(orders)?;
-    let orders = match kind {
-        // Fewer states than outputs leave an output without a row.
-        Kind::Canonical => {
-            let low = (*orders.start()).max(data.ny());
-            low..=(*orders.end()).max(low)
-        }
-        Kind::Full | Kind::Diagonal => orders,
-    };
+    let orders = family.searched(orders, data.ny())?;
     let inner = u.py().detach(|| order_table(&data, orders, &family))?;
     Ok(PyOrderTable { inner })
 }

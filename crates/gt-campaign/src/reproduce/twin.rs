@@ -1,6 +1,6 @@
 //! The linearised twin: the plant's linear model at rest, driven by what the plant's inputs did.
 
-use gtfdi::core::{Dataset, StateSpace};
+use gtfdi::core::{DataError, Dataset, StateSpace};
 use gtfdi::plant::{
     FaultSizes, Inputs, PlantParameters, SAMPLE_TIME_S, open_loop_model, steady_state,
 };
@@ -52,15 +52,19 @@ impl Twin {
         let mut u = DMatrix::zeros(self.model.nu(), clean.len());
         for (input, name) in paper::INPUTS.iter().enumerate() {
             let row = self.model.inputs().iter().position(|s| s.name == *name);
-            if let Some(row) = row {
-                let deviation = clean.u().row(input).add_scalar(-self.rest[input]);
-                u.set_row(row, &deviation);
-            }
+            let row = row
+                .ok_or_else(|| DataError::UnknownChannel {
+                    name: (*name).to_owned(),
+                    available: self.model.inputs().iter().map(|s| s.name.clone()).collect(),
+                })
+                .during(WHAT)?;
+            let deviation = clean.u().row(input).add_scalar(-self.rest[input]);
+            u.set_row(row, &deviation);
         }
         let y = self
             .model
             .simulate(&DVector::zeros(self.model.nx()), &u)
-            .map_err(gtfdi::core::DataError::from)
+            .map_err(DataError::from)
             .during(WHAT)?;
         let (inputs, outputs) = (self.model.inputs(), self.model.outputs());
         let own = Dataset::new(inputs.to_vec(), outputs.to_vec(), u, y, SAMPLE_TIME_S)

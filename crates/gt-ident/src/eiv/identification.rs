@@ -8,7 +8,7 @@ use super::{Eiv, EivLags, EivModel, EivOrderTable, EivRemark, eiv_order_table};
 use crate::frisch::{CriterionKind, Frisch};
 use crate::{IdentError, OrderChoice};
 
-/// Orders that [`OrderChoice::Automatic`] looks at.
+/// Orders that [`OrderChoice::Automatic`] looks at; a larger smallest lag of an input moves both.
 const AUTOMATIC_ORDERS: RangeInclusive<usize> = 1..=6;
 
 /// How the noise is told from the relation.
@@ -64,7 +64,9 @@ impl EivIdentification {
     /// A model of the given order or of the best of some, by maximum likelihood.
     ///
     /// Orders are compared by the BIC of the likelihood ([`eiv_order_table`]), whatever the method;
-    /// an automatic choice looks at 1 to 6, without those that the record is too short for.
+    /// an automatic choice looks at 1 to 6, without those that the record is too short for or that an
+    /// input's smallest lag exceeds (at least at one). The table of orders has the autoregression and
+    /// the frequencies of its own; those of [`EivMethod::Likelihood`] are for the last fit.
     pub fn new(order: OrderChoice) -> Self {
         Self {
             order,

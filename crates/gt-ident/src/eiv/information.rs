@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 use super::hermitian::{C64, ZERO, invert, multiply, multiply_adjoint};
 use super::likelihood::{Likelihood, relation};
 use crate::IdentError;
+use crate::symmetric::symmetric_eigen;
 
 impl Likelihood<'_> {
     /// The semiparametric Fisher information a sample at a point (see [`Likelihood::gradient`]),
@@ -185,61 +186,63 @@ const PART: f64 = 1e-6;
 /// The covariance from the information of a whole record. Where the information is singular, the
 /// entries of the parameters that take part in what the record does not tell are infinite.
 pub(super) fn covariance(information: &DMatrix<f64>) -> DMatrix<f64> {
-    // Scaled to a unit diagonal: coefficients and variances differ by orders of magnitude.
-    let scale = information.diagonal().map(|value| value.sqrt().recip());
     let count = information.nrows();
+    // Scaled to a unit diagonal: coefficients and variances differ by orders of magnitude.
+    let scale = information.diagonal().map(|value| {
+        let scale = value.sqrt().recip();
+        if scale.is_finite() { scale } else { 1.0 }
+    });
     let scaled = DMatrix::from_fn(count, count, |i, j| {
         information[(i, j)] * scale[i] * scale[j]
     });
-    if !scaled.iter().all(|value| value.is_finite()) {
+    // A decomposition by Cholesky would let singular matrices pass as often as rounding wants.
+    let Some((values, vectors)) = symmetric_eigen(scaled) else {
         return DMatrix::from_element(count, count, f64::INFINITY);
-    }
-    let inverse = match scaled.clone().cholesky() {
-        Some(factor) => factor.inverse(),
-        None => partial_inverse(scaled),
     };
-    DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j])
-}
-
-/// The inverse of a positive semidefinite matrix on its range, infinite in the rows and columns of
-/// the coordinates that take part in its null space.
-fn partial_inverse(matrix: DMatrix<f64>) -> DMatrix<f64> {
-    let count = matrix.nrows();
-    let eigen = matrix.symmetric_eigen();
-    let floor = count as f64 * f64::EPSILON * eigen.eigenvalues.amax();
+    let floor = count as f64 * f64::EPSILON * values.amax();
     let mut unknown = vec![false; count];
     let mut inverse = DMatrix::zeros(count, count);
-    for (vector, &value) in eigen.eigenvectors.column_iter().zip(&eigen.eigenvalues) {
+    for (vector, &value) in vectors.column_iter().zip(&values) {
         if value > floor {
             inverse.ger(1.0 / value, &vector, &vector, 1.0);
         } else {
             let parts = unknown.iter_mut().zip(&vector);
-            parts.for_each(|(unknown, part)| *unknown |= part.abs() > PART);
+            parts.for_each(|(unknown, part): (_, &f64)| *unknown |= part.abs() > PART);
         }
     }
-    for index in (0..count).filter(|&index| unknown[index]) {
-        inverse.row_mut(index).fill(f64::INFINITY);
-        inverse.column_mut(index).fill(f64::INFINITY);
-    }
-    inverse
+    DMatrix::from_fn(count, count, |i, j| {
+        if unknown[i] || unknown[j] {
+            f64::INFINITY
+        } else {
+            inverse[(i, j)] * scale[i] * scale[j]
+        }
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// The variances from an information matrix, by rows.
+    fn variances(count: usize, entries: &[f64]) -> Vec<f64> {
+        let found = covariance(&DMatrix::from_row_slice(count, count, entries));
+        found.diagonal().iter().copied().collect()
+    }
+
     #[test]
     fn a_direction_that_is_not_told_leaves_the_others_their_deviations() {
-        // The first two only as their sum, the third alone.
-        let entries = [4.0, 4.0, 0.0, 4.0, 4.0, 0.0, 0.0, 0.0, 25.0];
-        let information = DMatrix::from_row_slice(3, 3, &entries);
-        let found = covariance(&information);
-        assert!(found[(0, 0)].is_infinite());
-        assert!(found[(1, 1)].is_infinite());
-        // 1 / 25, by one division each way.
-        assert!(
-            (found[(2, 2)] - 0.04).abs() <= 4.0 * f64::EPSILON,
-            "{found}"
-        );
+        // The first two only as their sum, the third alone: 1 / 25, a few roundings off.
+        let found = variances(3, &[4.0, 4.0, 0.0, 4.0, 4.0, 0.0, 0.0, 0.0, 25.0]);
+        assert!(found[0].is_infinite() && found[1].is_infinite());
+        assert!((found[2] - 0.04).abs() < 1e-16, "{found:?}");
+        // Nothing is said of the second.
+        let found = variances(3, &[4.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 25.0]);
+        assert!((found[0] - 0.25).abs() < 1e-15 && (found[2] - 0.04).abs() < 1e-16);
+        assert!(found[1].is_infinite());
+        // Rank two, where Cholesky ends with a pivot of 5.6e-17 instead of zero.
+        let found = variances(3, &[2.0, 3.0, 4.0, 3.0, 5.0, 7.0, 4.0, 7.0, 10.0]);
+        assert!(found.iter().all(|value| value.is_infinite()), "{found:?}");
+        let found = variances(1, &[f64::NAN]);
+        assert!(found[0].is_infinite());
     }
 }

@@ -17,8 +17,8 @@ pub struct ChannelNoise {
     pub variance: f64,
     /// Standard error of the variance, where the method gives one.
     pub standard_error: Option<f64>,
-    /// Whether the estimate stands at a limit of what the record admits (a variance of zero), so
-    /// that it says no more than that.
+    /// Whether the estimate says no more than that the variance lies somewhere: it stands at a limit
+    /// of what the record admits (a variance of zero), or its standard error is infinite.
     pub at_limit: bool,
 }
 

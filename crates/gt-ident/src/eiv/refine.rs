@@ -68,6 +68,7 @@ impl<'a> Problem<'a> {
     pub fn solve(&mut self, points: &[Vec<f64>], always: usize) -> Option<Refined> {
         let mut scratch = vec![0.0; self.likelihood.parameters()];
         let mut gradient = scratch.clone();
+        let reflections = self.coordinates.reflections();
         let mut ranked: Vec<(f64, Vec<f64>)> = points
             .iter()
             .enumerate()
@@ -75,6 +76,8 @@ impl<'a> Problem<'a> {
                 let x = self.coordinates.start(point);
                 self.coordinates.point(&x, &mut scratch, None);
                 let value = self.likelihood.evaluate(&scratch, &mut gradient);
+                let prior: f64 = reflections.iter().map(|&k| pole_prior(x[k]).0).sum();
+                let value = value + self.prior * prior;
                 // The first points are followed whatever their value.
                 let rank = if index < always {
                     f64::NEG_INFINITY

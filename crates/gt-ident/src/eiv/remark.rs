@@ -50,12 +50,10 @@ impl fmt::Display for EivRemark {
                     "the record does not tell the noise of `{channel}`: variance {:.3e}, ",
                     noise.variance
                 )?;
-                match noise.standard_error {
-                    _ if noise.at_limit => {
-                        formatter.write_str("it stands at a limit of the search")
-                    }
-                    Some(error) => write!(formatter, "standard error {error:.3e}"),
-                    None => formatter.write_str("no standard error"),
+                match (noise.standard_error, noise.at_limit) {
+                    (Some(_), true) => formatter.write_str("it stands at a limit of the search"),
+                    (Some(error), false) => write!(formatter, "standard error {error:.3e}"),
+                    (None, _) => formatter.write_str("its standard error is without bound"),
                 }
             }
         }

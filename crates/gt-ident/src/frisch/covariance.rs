@@ -5,9 +5,9 @@ use std::ops::Range;
 use gt_core::{Dataset, DimensionError};
 use nalgebra::DMatrix;
 
-use super::symmetric::upper_root;
 use crate::least_squares::{scaled_norm, triangular_factor};
 use crate::regressor::{Deviations, check_varies};
+use crate::symmetric::upper_root;
 use crate::{Channel, IdentError, Regressor};
 
 /// The covariances of one output and the inputs at lags `0..=max_lag`, each channel scaled to unit

@@ -24,7 +24,6 @@ mod order;
 mod search;
 mod shared;
 mod surface;
-mod symmetric;
 
 pub use covariance::LaggedCovariance;
 pub use criterion::Criterion;

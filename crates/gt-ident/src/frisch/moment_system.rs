@@ -5,9 +5,9 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::covariance::{LaggedCovariance, ScaledRecord};
 use super::criterion::residual_covariance;
 use super::surface::{SurfacePoint, channel_terms, regression_vector};
-use super::symmetric::symmetric_eigen;
 use crate::eiv::EivLags;
 use crate::least_squares::triangular_factor;
+use crate::symmetric::symmetric_eigen;
 
 /// The least part that the second term of the moments' covariance leaves of the first.
 const LEAST_PART: f64 = 0.01;

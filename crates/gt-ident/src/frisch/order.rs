@@ -11,9 +11,9 @@ use super::fit::{Frisch, check_rows};
 use super::moments::weighted;
 use super::search::least_shares;
 use super::surface::{AdmissibleSurface, regression_vector};
-use super::symmetric::symmetric_eigen;
 use crate::IdentError;
 use crate::eiv::EivLags;
+use crate::symmetric::symmetric_eigen;
 
 /// Lags of the high-order Yule-Walker equations of the highest order.
 const LAGS: usize = 5;

@@ -4,9 +4,9 @@ use gt_core::DimensionError;
 use nalgebra::{DMatrix, DVector};
 
 use super::covariance::{LaggedCovariance, channel_name};
-use super::symmetric::{symmetric_eigen, upper_root};
 use crate::eiv::{EivLags, EivRow};
 use crate::least_squares::{CONDITION_LIMIT, LeastSquares, triangular_factor};
+use crate::symmetric::{symmetric_eigen, upper_root};
 use crate::{Dependence, IdentError};
 
 /// The admissible noise variances of a relation of order `n`: those for which

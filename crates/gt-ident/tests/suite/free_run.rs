@@ -56,7 +56,7 @@ fn a_fitted_start_is_the_closest_one() {
                     let moved = model.simulate(&with_outputs(&data, y)).unwrap();
                     error(&data, &moved.y) - least
                 });
-                // y(0) of the second output, whose row has one lag only, moves nothing but itself.
+                // y(0) of the second output, which no row looks back at, stays as measured.
                 assert!(
                     up > 0.0 && down > 0.0,
                     "{seed} {output} {lag}: {up:e} {down:e}"
@@ -150,4 +150,32 @@ fn a_run_that_diverges_keeps_its_report() {
         [Start::Measured, Start::Fitted].map(|start| model.simulate_from(&data, start).unwrap());
     assert!(measured.diverges_at[0].is_some());
     assert_eq!(measured.diverges_at, fitted.diverges_at);
+}
+
+/// Delays of the inputs make no unknowns; more of them than the limit leave the start as measured.
+#[test]
+fn long_delays_and_long_memories_are_bounded() {
+    let count = 2500;
+    let u = normal_matrix(&mut generator(9), 1, count);
+    let y = normal_matrix(&mut generator(10), 4, count);
+    let data = Dataset::new(signals("u", 1), signals("y", 4), u, y, 1.0).unwrap();
+    let fit = |na: usize, nk: usize| {
+        let structure = ArxStructure::Diagonal {
+            na,
+            nb: vec![1],
+            nk: vec![nk],
+        };
+        Arx::new(structure).fit(&data).unwrap()
+    };
+    let delayed = fit(1, 1025);
+    let run = delayed.simulate_from(&data, Start::Fitted).unwrap();
+    let moved = run.y.columns(0, 1025) - data.y().columns(0, 1025);
+    // Only the last sample before the run is looked back at. (Means go off and on again: rounding.)
+    assert!(moved.columns(0, 1024).amax() < 1e-12);
+    assert!(moved.column(1024).amax() > 1e-6);
+    // Four times 129 samples are more than the limit.
+    let long = fit(129, 1);
+    let [measured, fitted] =
+        [Start::Measured, Start::Fitted].map(|start| long.simulate_from(&data, start).unwrap());
+    assert!(largest_difference(&measured.y, &fitted.y) < 1e-9);
 }
