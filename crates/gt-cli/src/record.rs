@@ -23,6 +23,7 @@ pub fn selection(
         sample_time_s: reading.sample_time,
         topic: reading.topic.clone(),
         rows,
+        ..Selection::default()
     }
 }
 

@@ -87,16 +87,17 @@ pub use least_squares::CONDITION_LIMIT;
 pub use model::{ArxModel, ArxRow, Term};
 pub use options::{Centre, EquationErrors, Missing, SolvedBy, Solver};
 pub use order::{OrderKind, OrderRow, OrderTable, order_table};
-pub use parameter_covariance::parameter_covariance;
+pub use parameter_covariance::{exact_coefficients, parameter_covariance};
 pub use predict::{DIVERGENCE_FACTOR, FreeRun};
 pub use realisation_report::{
     CONDITION_WARNING, HANKEL_TOLERANCE, RealisationReport, RealisationWarning, realisation_report,
 };
 pub use realise::{OutputModel, STATE_LIMIT};
+pub use record::unbroken;
 pub use residual_tests::{
     Autocorrelation, ChiSquareTest, CrossCorrelation, OutputVerdict, RecordOrigin, ResidualOptions,
     ResidualReport, ResidualVerdict, Verdict, test_residuals,
 };
 pub use similarity::{RANK_TOLERANCE, Similarity};
 pub use structure::{ArxStructure, Channel, Regressor, generic_indices};
-pub use validate::{OutputFit, Validation, validate};
+pub use validate::{OutputFit, Validation, validate, validate_records};

@@ -2,22 +2,24 @@
 
 use std::ops::Range;
 
-use gt_core::Dataset;
+use gt_core::{Dataset, Signal};
+use nalgebra::DMatrix;
 use serde::Serialize;
 
 use crate::regressor::check_varies;
-use crate::{ArxModel, IdentError, ResidualOptions, ResidualVerdict, test_residuals};
+use crate::{ArxModel, IdentError, RecordOrigin, ResidualOptions, ResidualVerdict, test_residuals};
 
 /// The errors of a model on a record, one step ahead and in free run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Validation {
-    /// The samples that count: all but the first `max_lag`.
+    /// The samples that count: all but the first `max_lag` of each record, as if they were one.
     pub rows: Range<usize>,
     /// One entry per output.
     pub outputs: Vec<OutputFit>,
-    /// Whether the errors one step ahead are white and independent of past inputs, for a record
-    /// other than that of the fit (on that one the tests are cautious: they reject too seldom).
-    /// `None` where the record is too short for a test or its errors are rounding only.
+    /// Whether the errors one step ahead are white and independent of past inputs, on the longest
+    /// record. Taken for another record than that of the fit while it is that one, or a part of it,
+    /// the tests are cautious: they reject too seldom. `None` where the record is too short for a
+    /// test or its errors are rounding only.
     pub residuals: Option<ResidualVerdict>,
 }
 
@@ -42,46 +44,102 @@ pub struct OutputFit {
     pub sse_prediction: f64,
     /// Mean square error of the free run over the output's variance.
     pub sse_simulation: Option<f64>,
-    /// Time at which the free run diverges, in seconds.
+    /// Time at which the free run diverges, in seconds; the earliest of several records.
     pub diverges_at_s: Option<f64>,
 }
 
-/// Residuals that the verdict takes for each lag of its correlations.
-const SAMPLES_PER_LAG: usize = 5;
-
-/// The errors of `model` on `data`.
+/// The errors of `model` on `data`, a record other than that of the fit.
 ///
 /// # Errors
-/// As [`ArxModel::predict`]; [`IdentError::TooFewRows`] below `max_lag + 2` samples;
-/// [`IdentError::ConstantChannel`] for an output that does not vary over the rows that count.
+/// As [`validate_records`].
 pub fn validate(model: &ArxModel, data: &Dataset) -> Result<Validation, IdentError> {
-    model.check_record(data)?;
-    let needed = model.max_lag().saturating_add(2);
-    if data.len() < needed {
+    validate_records(model, &[data], RecordOrigin::Fresh)
+}
+
+/// The errors of `model` on several records without gaps (see [`crate::unbroken`]) as on one: no
+/// prediction reaches from one into another, and each free run starts from the first `max_lag`
+/// measured outputs of its own record. Records of at most `max_lag` samples do not count.
+///
+/// `origin` is what a single record is to the model; one of several is taken as
+/// [`RecordOrigin::Fresh`].
+///
+/// # Errors
+/// [`IdentError::NoRecords`]; as [`ArxModel::predict`]; [`IdentError::TooFewRows`] where no record
+/// has `max_lag + 2` samples; [`IdentError::ConstantChannel`] for an output that does not vary over
+/// the samples that count.
+pub fn validate_records(
+    model: &ArxModel,
+    records: &[&Dataset],
+    origin: RecordOrigin,
+) -> Result<Validation, IdentError> {
+    for data in records {
+        model.check_record(data)?;
+    }
+    let longest = records.iter().max_by_key(|data| data.len());
+    let longest = *longest.ok_or(IdentError::NoRecords)?;
+    let lag = model.max_lag();
+    let needed = lag.saturating_add(2);
+    if longest.len() < needed {
         let structure = model.structure().to_string();
         return Err(IdentError::TooFewRows {
             structure,
             needed,
-            found: data.len(),
+            found: longest.len(),
         });
     }
-    let predicted = model.predict(data)?;
-    let free_run = model.simulate(data)?;
-    let rows = model.max_lag()..data.len();
-    let mut outputs = Vec::with_capacity(data.ny());
-    for (index, signal) in data.outputs().iter().enumerate() {
-        let over = |matrix: &nalgebra::DMatrix<f64>| -> Vec<f64> {
-            matrix.row(index).iter().skip(rows.start).copied().collect()
-        };
-        let y = over(data.y());
-        check_varies(signal, y.iter().copied())?;
-        let prediction = Errors::new(&y, &over(&predicted));
-        let diverges_at = free_run.diverges_at[index];
-        let simulation = match diverges_at {
+    let mut samples: Vec<Samples> = model.outputs().iter().map(|_| Samples::default()).collect();
+    for data in records.iter().filter(|data| data.len() > lag) {
+        let predicted = model.predict(data)?;
+        let free_run = model.simulate(data)?;
+        for (index, samples) in samples.iter_mut().enumerate() {
+            let over = |matrix: &DMatrix<f64>| -> Vec<f64> {
+                matrix.row(index).iter().skip(lag).copied().collect()
+            };
+            samples.measured.extend(over(data.y()));
+            samples.predicted.extend(over(&predicted));
+            samples.simulated.extend(over(&free_run.y));
+            let diverges_at_s = free_run.diverges_at[index].map(|sample| data.time_s(sample));
+            samples.diverges_at_s = [samples.diverges_at_s, diverges_at_s]
+                .into_iter()
+                .flatten()
+                .reduce(f64::min);
+        }
+    }
+    let count = samples.first().map_or(0, |samples| samples.measured.len());
+    let outputs = model.outputs().iter().zip(&samples);
+    let outputs = outputs
+        .map(|(signal, samples)| samples.fit(signal))
+        .collect::<Result<_, _>>()?;
+    let origin = if records.len() == 1 {
+        origin
+    } else {
+        RecordOrigin::Fresh
+    };
+    Ok(Validation {
+        residuals: residual_verdict(model, longest, longest.len() - lag, origin)?,
+        rows: lag..lag + count,
+        outputs,
+    })
+}
+
+/// The samples of one output that count, of all records.
+#[derive(Default)]
+struct Samples {
+    measured: Vec<f64>,
+    predicted: Vec<f64>,
+    simulated: Vec<f64>,
+    diverges_at_s: Option<f64>,
+}
+
+impl Samples {
+    fn fit(&self, signal: &Signal) -> Result<OutputFit, IdentError> {
+        check_varies(signal, self.measured.iter().copied())?;
+        let prediction = Errors::new(&self.measured, &self.predicted);
+        let simulation = match self.diverges_at_s {
             Some(_) => None,
-            None => Some(Errors::new(&y, &over(&free_run.y))),
+            None => Some(Errors::new(&self.measured, &self.simulated)),
         };
-        outputs.push(OutputFit {
+        Ok(OutputFit {
             name: signal.name.clone(),
             fit_prediction_percent: prediction.fit_percent,
             fit_simulation_percent: simulation.as_ref().map(|errors| errors.fit_percent),
@@ -89,27 +147,21 @@ pub fn validate(model: &ArxModel, data: &Dataset) -> Result<Validation, IdentErr
             ppcre_simulation_percent: simulation.as_ref().map(|errors| errors.ppcre_percent),
             sse_prediction: prediction.sse,
             sse_simulation: simulation.as_ref().map(|errors| errors.sse),
-            diverges_at_s: diverges_at.map(|sample| data.time_s(sample)),
-        });
+            diverges_at_s: self.diverges_at_s,
+        })
     }
-    Ok(Validation {
-        residuals: residual_verdict(model, data, rows.len())?,
-        rows,
-        outputs,
-    })
 }
 
-/// The verdict of the tests at their default options, over fewer lags where the record is short:
-/// their laws hold for correlations over many samples.
+/// The verdict of the tests at the default options for so many rows.
 fn residual_verdict(
     model: &ArxModel,
     data: &Dataset,
     rows: usize,
+    origin: RecordOrigin,
 ) -> Result<Option<ResidualVerdict>, IdentError> {
-    let defaults = ResidualOptions::default();
     let options = ResidualOptions {
-        lags: defaults.lags.min(rows / SAMPLES_PER_LAG),
-        ..defaults
+        origin,
+        ..ResidualOptions::for_residuals(rows)
     };
     match test_residuals(model, data, &options) {
         Ok(report) => Ok(Some(report.verdict())),

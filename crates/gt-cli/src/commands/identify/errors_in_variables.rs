@@ -1,17 +1,19 @@
 //! Errors-in-variables methods: noise on the inputs too.
 
 use std::ops::RangeInclusive;
-use std::path::Path;
 
 use gt_log::ModelKind;
 use gtfdi::core::Dataset;
 use gtfdi::ident::IdentError;
-use gtfdi::ident::eiv::{Eiv, EivLags, EivModel, EivOrderTable, eiv_order_table};
+use gtfdi::ident::eiv::{Eiv, EivLags, EivOrderTable, eiv_order_table};
 use gtfdi::ident::frisch::{self, Frisch};
 
+use super::orders::Orders;
+use super::records::Records;
 use super::structure::{Order, parse_order};
-use super::{Identified, Model, Orders};
+use super::{Identified, Model};
 use crate::cli::{Criterion, IdentifyArgs, Method};
+use crate::commands::noise::not_told;
 use crate::failure::Failure;
 
 /// Lags beyond the order of the criteria that look at some.
@@ -23,12 +25,18 @@ const AUTO_ORDERS: RangeInclusive<usize> = 1..=6;
 pub fn identify(
     method: Method,
     args: &IdentifyArgs,
-    path: &Path,
-    train: &Dataset,
+    records: &Records,
 ) -> Result<Identified, Failure> {
-    let in_file = |error| Failure::in_file(path, error);
+    let in_file = |error: IdentError| records.refused(&error);
+    let option = if method == Method::Frisch {
+        "--method frisch"
+    } else {
+        "--method eiv"
+    };
     let mut warnings = Vec::new();
-    let nk = smallest_lags(args, train.nu())?;
+    refuse_least_squares(args)?;
+    let train = Records::one(option, "training", &records.train)?;
+    let nk = smallest_lags(args, train.nu());
     let (order, orders) = match args.order.as_deref().map(parse_order).transpose()? {
         Some(Order::One(order)) => (order, None),
         Some(Order::Range(orders)) => {
@@ -79,30 +87,44 @@ pub fn identify(
     Ok(Identified {
         model: Model::Eiv(kind, model),
         orders: orders.map(Orders::Eiv),
+        constrained: None,
+        refined: None,
         warnings,
     })
 }
 
-/// The smallest lag of each input; options that only another method has are refused.
-fn smallest_lags(args: &IdentifyArgs, inputs: usize) -> Result<Vec<usize>, Failure> {
+/// Options that only least squares has are refused.
+fn refuse_least_squares(args: &IdentifyArgs) -> Result<(), Failure> {
     let others = [
         ("--structure", args.structure.is_some()),
         ("--indices", args.indices.is_some()),
         ("--na", args.na.is_some()),
         ("--nb", args.nb.is_some()),
+        ("--centre", args.centre.is_some()),
+        ("--ridge", args.ridge.is_some()),
+        ("--equation-errors", args.equation_errors.is_some()),
+        ("--solver", args.solver.is_some()),
+        ("--stable", args.stable.is_some()),
+        ("--dc-gain", args.dc_gain.is_some()),
+        ("--refine", args.refine.is_some()),
     ];
-    if let Some((option, _)) = others.into_iter().find(|(_, given)| *given) {
-        return Err(Failure::input(format!(
+    match others.into_iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((option, _)) => Err(Failure::input(format!(
             "{option}: expected with --method arx only, found another method: it takes --order \
              and --nk"
-        )));
+        ))),
     }
+}
+
+/// The smallest lag of each input.
+fn smallest_lags(args: &IdentifyArgs, inputs: usize) -> Vec<usize> {
     let nk = args.nk.clone().unwrap_or_else(|| vec![1]);
-    Ok(if nk.len() == 1 {
+    if nk.len() == 1 {
         vec![nk[0]; inputs]
     } else {
         nk
-    })
+    }
 }
 
 /// The table of [`AUTO_ORDERS`], of as many as the record is long enough for.
@@ -115,24 +137,4 @@ fn as_far_as_the_record_bears(train: &Dataset, nk: &[usize]) -> Result<EivOrderT
             result => return result,
         }
     }
-}
-
-/// What the record does not tell, in words.
-fn not_told(model: &EivModel) -> Vec<String> {
-    let untold = model
-        .noise()
-        .filter(|(_, noise)| noise.identifiable() == Some(false));
-    untold
-        .map(|(signal, noise)| {
-            let why = match noise.standard_error {
-                _ if noise.at_limit => "it stands at a limit of the search".to_owned(),
-                Some(error) => format!("standard error {error:.3e}"),
-                None => "no standard error".to_owned(),
-            };
-            format!(
-                "the record does not tell the noise of `{}`: variance {:.3e}, {why}",
-                signal.name, noise.variance
-            )
-        })
-        .collect()
 }

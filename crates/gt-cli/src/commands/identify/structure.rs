@@ -1,11 +1,11 @@
 //! The options of `gtfdi identify` that describe the model's structure.
 
 use std::ops::RangeInclusive;
-use std::path::Path;
 
 use gtfdi::core::Dataset;
 use gtfdi::ident::{ArxStructure, IdentError, OrderKind, OrderTable, generic_indices, order_table};
 
+use super::records::Records;
 use crate::cli::{IdentifyArgs, Structure};
 use crate::failure::Failure;
 
@@ -54,7 +54,7 @@ pub fn parse_order(text: &str) -> Result<Order, Failure> {
 pub struct Chosen {
     pub structure: ArxStructure,
     pub orders: Option<OrderTable>,
-    pub warning: Option<String>,
+    pub warnings: Vec<String>,
 }
 
 impl From<ArxStructure> for Chosen {
@@ -62,23 +62,31 @@ impl From<ArxStructure> for Chosen {
         Self {
             structure,
             orders: None,
-            warning: None,
+            warnings: Vec::new(),
         }
     }
 }
 
-/// The structure that the options ask for; orders are compared on `train`, the rows of `path`.
-pub fn choose(args: &IdentifyArgs, path: &Path, train: &Dataset) -> Result<Chosen, Failure> {
-    let outputs = train.ny();
+/// The structure that the options ask for, `default` where they name none; orders are compared on
+/// the longest record.
+pub fn choose(
+    args: &IdentifyArgs,
+    default: Option<Structure>,
+    records: &Records,
+) -> Result<Chosen, Failure> {
+    let outputs = records.longest().map_or(0, Dataset::ny);
     let nk = args.nk.clone().unwrap_or_else(|| vec![1]);
     let lags = args.na.is_some() || args.nb.is_some();
     let order = args.order.as_deref().map(parse_order).transpose()?;
     let canonical_by_default = args.indices.is_some() || order.is_some() && outputs > 1;
-    let structure = args.structure.unwrap_or(if canonical_by_default {
-        Structure::Canonical
-    } else {
-        Structure::Full
-    });
+    let structure = args
+        .structure
+        .or(default)
+        .unwrap_or(if canonical_by_default {
+            Structure::Canonical
+        } else {
+            Structure::Full
+        });
     let kind = match structure {
         Structure::Canonical if lags => {
             return Err(Failure::input(
@@ -97,7 +105,7 @@ pub fn choose(args: &IdentifyArgs, path: &Path, train: &Dataset) -> Result<Chose
         Structure::Full => OrderKind::Full { nk: nk.clone() },
     };
     match (order, structure) {
-        (Some(order), _) => by_order(order, &kind, path, train),
+        (Some(order), _) => by_order(order, &kind, outputs, records),
         (None, Structure::Canonical) => canonical(args, &kind),
         (None, Structure::Full | Structure::Diag) => {
             let (na, nb) = match (args.na, args.nb.clone()) {
@@ -147,10 +155,9 @@ fn canonical(args: &IdentifyArgs, kind: &OrderKind) -> Result<Chosen, Failure> {
 fn by_order(
     order: Order,
     kind: &OrderKind,
-    path: &Path,
-    train: &Dataset,
+    outputs: usize,
+    records: &Records,
 ) -> Result<Chosen, Failure> {
-    let outputs = train.ny();
     let (orders, shrinks) = match order {
         Order::One(order) => {
             let structure = kind.structure(order, outputs).map_err(option)?;
@@ -168,23 +175,34 @@ fn by_order(
         _ => *orders.start(),
     };
     let mut high = *orders.end();
+    let Some(longest) = records.longest() else {
+        return Err(records.refused(&IdentError::NoRecords));
+    };
     let table = loop {
-        match order_table(train, low..=high, kind) {
+        match order_table(longest, low..=high, kind) {
             Err(IdentError::TooFewRows { .. }) if shrinks && high > low => high -= 1,
-            result => break result.map_err(|error| Failure::in_file(path, error))?,
+            result => break result.map_err(|error| records.refused(&error))?,
         }
     };
-    let warning = (high < *orders.end()).then(|| {
-        format!(
+    let mut warnings = Vec::new();
+    if high < *orders.end() {
+        warnings.push(format!(
             "{} rows bear no order above {high}: --order auto looked at {low}..{high}",
-            train.len()
-        )
-    });
+            longest.len()
+        ));
+    }
+    if records.train.len() > 1 {
+        warnings.push(format!(
+            "orders are compared on the longest of {} records without a break, {} rows",
+            records.train.len(),
+            longest.len()
+        ));
+    }
     let structure = kind.structure(table.best_mdl(), outputs).map_err(option)?;
     Ok(Chosen {
         structure,
         orders: Some(table),
-        warning,
+        warnings,
     })
 }
 
