@@ -9,6 +9,7 @@ use crate::cli::IdentifyArgs;
 use crate::failure::Failure;
 
 /// A steady-state gain that is known.
+#[derive(Debug)]
 struct KnownGain {
     output: String,
     input: String,
@@ -132,12 +133,12 @@ mod tests {
             ("y : u = +", DcGain::Positive),
             ("y:u=-", DcGain::Negative),
         ] {
-            let known = known_gain(text).ok().expect(text);
+            let known = known_gain(text).expect(text);
             assert_eq!((known.output.as_str(), known.input.as_str()), ("y", "u"));
             assert_eq!(known.gain, gain, "{text}");
         }
         for bad in ["", "y:u", "y=3", "y:u=", "y:u=high", "y:u=1..", "y:u=..2"] {
-            let error = known_gain(bad).err().expect(bad);
+            let error = known_gain(bad).expect_err(bad);
             let text = error.error().to_string();
             assert!(text.ends_with(&format!("found `{bad}`")), "{text}");
         }

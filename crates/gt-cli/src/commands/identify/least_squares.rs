@@ -31,7 +31,7 @@ pub fn identify(args: &IdentifyArgs, records: &Records) -> Result<Identified, Fa
     };
     let (model, refined) = match args.refine {
         Some(_) => {
-            let refined = refine(&model, records)?;
+            let refined = refine(&model, args, records)?;
             (refined.model, Some(refined.outputs))
         }
         None => (model, None),

@@ -15,7 +15,7 @@ use crate::cli::Method;
 use crate::commands::equation::{RegressionTerm, regressions};
 use crate::commands::finding::{residual_findings, residual_summary};
 use crate::commands::noise::{NoiseReport, noise_text};
-use crate::output::{number, table};
+use crate::output::{free_run, number, table};
 
 /// The JSON object.
 #[derive(Serialize)]
@@ -105,9 +105,9 @@ pub fn text(report: &Report, train_rows: usize, validation_rows: usize) -> Strin
     if report.records.len() > 1 {
         let _ = write!(text, " of {} records", report.records.len());
     }
-    text += &match report.validation_rows {
-        Some([start, end]) => format!(", validated on rows {start}:{end}"),
-        None => format!(", validated on {validation_rows} rows"),
+    let _ = match report.validation_rows {
+        Some([start, end]) => write!(text, ", validated on rows {start}:{end}"),
+        None => write!(text, ", validated on {validation_rows} rows"),
     };
     text += if report.holdout.is_some() {
         " of the hold-out record\n"
@@ -115,7 +115,7 @@ pub fn text(report: &Report, train_rows: usize, validation_rows: usize) -> Strin
         "\n"
     };
     if let (Some(orders), Some(reason)) = (report.order_table, &report.order_reason) {
-        let _ = write!(text, "{}{reason}\n", orders.text());
+        let _ = writeln!(text, "{}{reason}", orders.text());
     }
     text += &fits(&report.outputs);
     if report.stable == Some(false) {
@@ -146,10 +146,7 @@ fn fits(outputs: &[OutputReport]) -> String {
             vec![
                 output.name.to_owned(),
                 number(Some(output.fit_prediction_percent)),
-                output.diverges_at_s.map_or_else(
-                    || number(output.fit_simulation_percent),
-                    |time| format!("diverges at {} s", number(Some(time))),
-                ),
+                free_run(output.fit_simulation_percent, output.diverges_at_s),
                 number(Some(output.ppcre_percent)),
                 number(output.ppcre_simulation_percent),
             ]

@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use gt_log::ModelKind;
-use gtfdi::core::Signal;
 use gtfdi::ident::{ChiSquareTest, RealisationReport, ResidualReport};
 use serde::Serialize;
 
@@ -17,8 +16,8 @@ use crate::commands::finding::{Finding, residual_summary};
 use crate::commands::noise::not_told;
 use crate::config::layered;
 use crate::failure::Failure;
-use crate::output::{number, print, print_json, table};
-use crate::record::{read_for, selection};
+use crate::output::{free_run, number, print, print_json, table};
+use crate::record::{read_for, selection_for};
 
 #[derive(Serialize)]
 struct Report<'a> {
@@ -74,9 +73,7 @@ pub fn check(args: &CheckArgs, global: &GlobalArgs) -> Result<Outcome, Failure> 
     found(None, untold.collect());
 
     let rows = args.rows.as_ref().map(|rows| rows.0.clone());
-    let names = |signals: &[Signal]| signals.iter().map(|signal| signal.name.clone()).collect();
-    let (inputs, outputs) = (names(model.inputs()), names(model.outputs()));
-    let wanted = selection(inputs, outputs, &args.reading, rows);
+    let wanted = selection_for(model, &args.reading, rows);
     let mut records = Vec::new();
     let mut warnings = Vec::new();
     for data in args.data.iter().flatten() {
@@ -147,10 +144,7 @@ fn record_text(record: &RecordReport) -> String {
             vec![
                 fit.name.clone(),
                 number(Some(fit.fit_prediction_percent)),
-                fit.diverges_at_s.map_or_else(
-                    || number(fit.fit_simulation_percent),
-                    |time| format!("diverges at {} s", number(Some(time))),
-                ),
+                free_run(fit.fit_simulation_percent, fit.diverges_at_s),
                 white,
                 independent,
                 tests.map_or_else(|| "-".to_owned(), |tests| outside(tests, index)),

@@ -67,7 +67,7 @@ struct Equation<'a> {
 struct Gain<'a> {
     output: &'a str,
     input: &'a str,
-    gain: f64,
+    value: f64,
 }
 
 /// Runs the verb.
@@ -154,10 +154,10 @@ fn named_gains(
     let rows = model.outputs().iter().zip(gains);
     rows.flat_map(|(output, row)| {
         let inputs = model.inputs().iter().zip(row);
-        inputs.map(|(input, gain)| Gain {
+        inputs.map(|(input, value)| Gain {
             output: &output.name,
             input: &input.name,
-            gain,
+            value,
         })
     })
     .collect()
@@ -194,7 +194,7 @@ fn text(report: &Report, realisation: &Realisation) -> String {
             .iter()
             .map(|gain| {
                 let channel = format!("{} from {}", gain.output, gain.input);
-                vec![channel, number(Some(gain.gain))]
+                vec![channel, number(Some(gain.value))]
             })
             .collect();
         text += &table(&["gain of", "at rest"], &rows);
