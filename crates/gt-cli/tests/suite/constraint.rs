@@ -217,7 +217,7 @@ fn what_cannot_be_held_or_refined_is_refused() {
         ),
         (
             &["--dc-gain", "z:u=+"],
-            "--dc-gain: no channel `z`; there are: y",
+            "--dc-gain: channel `z`: not found; there are: y",
         ),
         (
             &["--stable", "--ridge", "1"],

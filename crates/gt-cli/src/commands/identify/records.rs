@@ -9,7 +9,7 @@ use gtfdi::ident::{IdentError, Missing, RecordOrigin, unbroken};
 use serde::Serialize;
 
 use super::hint::hint;
-use crate::cli::{IdentifyArgs, MissingSamples};
+use crate::cli::{ErrorModel, IdentifyArgs, Method, MissingSamples};
 use crate::failure::Failure;
 use crate::record::{check_out, read, selection};
 
@@ -34,6 +34,8 @@ pub struct Records {
     pub warnings: Vec<String>,
     /// The option that asks for the validation rows.
     validated: String,
+    /// Whether the fit can be held by a ridge.
+    takes_ridge: bool,
 }
 
 impl Records {
@@ -80,6 +82,10 @@ impl Records {
                 (None, Some(rows)) => format!("--validate {rows}"),
                 (None, None) => "the training rows".to_owned(),
             },
+            takes_ridge: !matches!(args.method, Some(Method::Eiv | Method::Frisch))
+                && args.stable.is_none()
+                && args.dc_gain.is_none()
+                && args.equation_errors != Some(ErrorModel::Correlated),
         };
         for path in paths {
             records.add(path, &wanted, &blocks, args.holdout.is_none())?;
@@ -204,7 +210,7 @@ impl Records {
 
     /// A mistake in the records, by the file that has it where that can be told.
     pub fn refused(&self, error: &IdentError) -> Failure {
-        let text = match hint(error) {
+        let text = match hint(error, self.takes_ridge) {
             Some(hint) => format!("{error}; {hint}"),
             None => error.to_string(),
         };
