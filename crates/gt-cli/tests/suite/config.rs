@@ -161,7 +161,7 @@ fn the_radius_of_stable_may_be_left_out() {
     place.write("c.toml", "[identify]\nstable = 0.8\n");
     let radius = |args: &[&str], environment: &[(&str, &str)]| {
         let table = printed(&place, &[&["identify"], args].concat(), environment);
-        let data = table.get("data").map(|data| data.to_string());
+        let data = table.get("data").map(ToString::to_string);
         (table["stable"].as_float(), data)
     };
     let data = Some("[\"d.csv\"]".to_owned());

@@ -148,7 +148,7 @@ fn a_free_run_that_diverges_is_found_with_its_time() {
         y = a * y + b * (rows[sample][0] - u_rest);
         sample += 1;
     }
-    assert_eq!(time, 0.5 * sample as f64);
+    assert_eq!(record["diverges_at"], 0.5 * sample as f64);
     let text = place.done(&args);
     assert!(text.contains("the free run of `y` diverges at "), "{text}");
     assert!(text.contains("identify with --stable"), "{text}");

@@ -1,5 +1,6 @@
 //! `gtfdi identify`: records to a model file.
 
+mod blocks;
 mod centre;
 mod constraints;
 mod errors_in_variables;
