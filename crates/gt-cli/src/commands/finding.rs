@@ -23,32 +23,33 @@ impl Finding {
     }
 }
 
-/// What the residual tests object to.
+/// What the residual tests object to: one finding a test, with the outputs that it is about.
 pub fn residual_findings(verdict: &ResidualVerdict) -> Vec<Finding> {
     let level = level(verdict);
+    let rejected = |of: fn(&OutputVerdict) -> Verdict| -> Option<String> {
+        let outputs = verdict.outputs.iter();
+        let names: Vec<String> = outputs
+            .filter(|output| of(output) == Verdict::Rejected)
+            .map(|output| format!("`{}`", output.output))
+            .collect();
+        (!names.is_empty()).then(|| names.join(", "))
+    };
     let mut findings = Vec::new();
-    for OutputVerdict {
-        output,
-        whiteness,
-        independence,
-    } in &verdict.outputs
-    {
-        if *whiteness == Verdict::Rejected {
-            findings.push(Finding {
-                kind: "not_white",
-                text: format!("the one-step errors of `{output}` are not white {level}"),
-                advice: "the noise has dynamics that the equation has not; take more lags of the \
-                         output (--na, --order), or --method eiv where the inputs are noisy too",
-            });
-        }
-        if *independence == Verdict::Rejected {
-            findings.push(Finding {
-                kind: "inputs_not_used_up",
-                text: format!("the one-step errors of `{output}` depend on past inputs {level}"),
-                advice: "the record holds more about the way from the inputs; take more lags of \
-                         them (--nb, --order), an earlier first lag (--nk) or an input left out",
-            });
-        }
+    if let Some(names) = rejected(|output| output.whiteness) {
+        findings.push(Finding {
+            kind: "not_white",
+            text: format!("the one-step errors of {names} are not white {level}"),
+            advice: "the noise has dynamics that the equation has not; take more lags of the \
+                     output (--na, --order), or --method eiv where the inputs are noisy too",
+        });
+    }
+    if let Some(names) = rejected(|output| output.independence) {
+        findings.push(Finding {
+            kind: "inputs_not_used_up",
+            text: format!("the one-step errors of {names} depend on past inputs {level}"),
+            advice: "the record holds more about the way from the inputs; take more lags of them \
+                     (--nb, --order), an earlier first lag (--nk) or an input left out",
+        });
     }
     let alone = |verdict: &OutputVerdict| verdict.whiteness == Verdict::Rejected;
     if verdict.joint_whiteness == Verdict::Rejected && !verdict.outputs.iter().any(alone) {
@@ -123,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn each_rejection_is_one_finding_and_what_is_kept_is_said() {
+    fn each_test_is_one_finding_and_what_is_kept_is_said() {
         use Verdict::{NotRejected, Rejected, Untested};
         let kinds = |verdict: &ResidualVerdict| -> Vec<&str> {
             let findings = residual_findings(verdict);
@@ -137,6 +138,12 @@ mod tests {
         );
         let poor = verdict(Rejected, &[(Rejected, Untested), (NotRejected, Rejected)]);
         assert_eq!(kinds(&poor), ["not_white", "inputs_not_used_up"]);
+        let both = verdict(Rejected, &[(Rejected, NotRejected); 2]);
+        assert_eq!(kinds(&both), ["not_white"]);
+        assert_eq!(
+            residual_findings(&both)[0].text,
+            "the one-step errors of `y0`, `y1` are not white (at 1 %, 20 lags)"
+        );
         assert_eq!(
             residual_summary(&poor),
             "one-step errors (at 1 %, 20 lags): white for 1 of 2 outputs; independent of past \
