@@ -90,8 +90,9 @@ pub enum Refinement {
 Example: gtfdi identify run.mcap --inputs a_v,M_f --outputs q_c --order 8 --nk 0 --out model.json
          gtfdi identify noisy.csv --inputs u --outputs y --method eiv --order 2
          gtfdi identify a.csv b.csv --inputs u --outputs y --order auto --plot orders.svg
-         gtfdi identify run.csv --inputs u --outputs y --order 2 --stable --dc-gain y:u=+ \
-             --train 0:500 --validate 500:1000 --refine output-error")]
+         gtfdi identify run.csv --inputs u --outputs y --order 2 --stable --dc-gain y:u=+
+         gtfdi identify run.csv --inputs u --outputs y --order 2 --stable --train 0:500 \
+--validate 500:1000 --refine output-error")]
 pub struct IdentifyArgs {
     /// The record, .csv or .mcap; several are fitted together, and no equation reaches from one into
     /// another

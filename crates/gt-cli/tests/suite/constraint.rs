@@ -299,3 +299,23 @@ fn what_cannot_be_refined_is_refused() {
         &["[possible values: output-error]"],
     );
 }
+
+/// The examples of the help on one output are commands that work.
+#[test]
+fn the_examples_of_the_help_run() {
+    let place = Place::new();
+    for (name, seed) in [("run.csv", 1), ("noisy.csv", 2), ("a.csv", 3), ("b.csv", 4)] {
+        place.write(name, second_order_csv(1000, seed));
+    }
+    let help = place.done(&["identify", "--help"]);
+    let examples: Vec<&str> = help
+        .lines()
+        .map(str::trim)
+        .filter(|line| line.starts_with("gtfdi identify "))
+        .collect();
+    assert_eq!(examples.len(), 4, "{help}");
+    for example in examples {
+        let args: Vec<&str> = example.split(' ').skip(1).collect();
+        place.json(&args);
+    }
+}
