@@ -6,7 +6,9 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use crate::cli::{DesignArgs, DetectArgs, GlobalArgs, IdentifyArgs, ReproduceArgs, SimulateArgs};
+use crate::cli::{
+    CheckArgs, DesignArgs, DetectArgs, GlobalArgs, IdentifyArgs, ReproduceArgs, SimulateArgs,
+};
 use crate::failure::Failure;
 
 /// Options of which a verb takes one kind only.
@@ -22,7 +24,7 @@ pub trait Alternatives {
 /// A configuration file: a section a verb. It is read into this only to be checked, so that
 /// mistakes are reported with their line, in whichever section they are.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[expect(dead_code, reason = "checked, not used")]
 struct ConfigFile {
     simulate: Option<SimulateArgs>,
@@ -30,6 +32,7 @@ struct ConfigFile {
     design: Option<DesignArgs>,
     detect: Option<DetectArgs>,
     reproduce: Option<ReproduceArgs>,
+    model_check: Option<CheckArgs>,
 }
 
 /// Lays `given` (flags and environment) over the file's `section` over `defaults`.

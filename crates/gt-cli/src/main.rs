@@ -18,7 +18,7 @@ use std::process::ExitCode;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _};
 
-use crate::cli::{Cli, Command, LogCommand};
+use crate::cli::{Cli, Command, LogCommand, ModelCommand};
 use crate::failure::Failure;
 
 /// How a verb that did its work ended.
@@ -54,9 +54,12 @@ fn parse() -> Cli {
 
 /// The options of the verb that the environment gave, by their keys in a file.
 fn from_environment(matches: &ArgMatches) -> BTreeSet<String> {
-    let Some((_, verb)) = matches.subcommand() else {
+    let Some((_, mut verb)) = matches.subcommand() else {
         return BTreeSet::new();
     };
+    while let Some((_, inner)) = verb.subcommand() {
+        verb = inner;
+    }
     verb.ids()
         .map(clap::Id::as_str)
         .filter(|id| verb.value_source(id) == Some(ValueSource::EnvVariable))
@@ -72,6 +75,8 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Design(args) => commands::design::run(&args, global),
         Command::Detect(args) => commands::detect::run(&args, global),
         Command::Reproduce(args) => commands::reproduce::run(&args, global),
+        Command::Model(ModelCommand::Show { file }) => commands::model::show(&file, global),
+        Command::Model(ModelCommand::Check(args)) => commands::model::check(&args, global),
         Command::Log(LogCommand::Info { file }) => commands::log_info::run(&file, global),
     }
 }

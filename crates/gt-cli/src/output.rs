@@ -35,6 +35,14 @@ pub fn number(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), |value| digits(value, 4))
 }
 
+/// The fit of a free run in per cent, or when it diverges.
+pub fn free_run(fit_percent: Option<f64>, diverges_at_s: Option<f64>) -> String {
+    diverges_at_s.map_or_else(
+        || number(fit_percent),
+        |time| format!("diverges at {} s", number(Some(time))),
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::number;

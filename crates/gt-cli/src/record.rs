@@ -5,6 +5,9 @@ use std::path::Path;
 
 use gt_log::{Imported, LogError, Selection, Warning, read_dataset};
 
+use gtfdi::core::Signal;
+use gtfdi::ident::ArxModel;
+
 use crate::cli::DataArgs;
 use crate::failure::Failure;
 use crate::output::complain;
@@ -23,7 +26,18 @@ pub fn selection(
         sample_time_s: reading.sample_time,
         topic: reading.topic.clone(),
         rows,
+        ..Selection::default()
     }
+}
+
+/// The selection of a model's channels.
+pub fn selection_for(
+    model: &ArxModel,
+    reading: &DataArgs,
+    rows: Option<Range<usize>>,
+) -> Selection {
+    let names = |signals: &[Signal]| signals.iter().map(|signal| signal.name.clone()).collect();
+    selection(names(model.inputs()), names(model.outputs()), reading, rows)
 }
 
 /// A record and what the user should know of it.

@@ -101,7 +101,7 @@ pub enum IdentError {
     /// The regressors of an output are linearly dependent.
     #[error(
         "output `{output}`: expected independent regressors (condition at most {limit:e}), found \
-         condition {condition:e}: `{channel}` at lag {lag} {dependence}"
+         condition {condition:.1e}: `{channel}` at lag {lag} {dependence}"
     )]
     RankDeficient {
         /// The output's name.

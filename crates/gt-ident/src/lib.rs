@@ -92,15 +92,16 @@ pub use model::{ArxModel, ArxRow, Term};
 pub use options::{Centre, EquationErrors, Missing, SolvedBy, Solver};
 pub use order::{OrderKind, OrderRow, OrderTable, order_table};
 pub use order_choice::{ChosenStructure, OrderChoice};
-pub use parameter_covariance::{check_covariances, parameter_covariance};
+pub use parameter_covariance::{check_covariances, exact_coefficients, parameter_covariance};
 pub use realisation_report::{
     CONDITION_WARNING, HANKEL_TOLERANCE, RealisationReport, RealisationWarning, realisation_report,
 };
 pub use realise::{OutputModel, STATE_LIMIT};
+pub use record::unbroken;
 pub use residual_tests::{
     Autocorrelation, ChiSquareTest, CrossCorrelation, OutputVerdict, RecordOrigin, ResidualOptions,
     ResidualReport, ResidualVerdict, Verdict, test_residuals,
 };
 pub use similarity::{RANK_TOLERANCE, Similarity};
 pub use structure::{ArxStructure, Channel, Regressor, generic_indices};
-pub use validate::{OutputFit, Validation, validate, validate_from};
+pub use validate::{OutputFit, Validation, ValidationOptions, validate, validate_records};

@@ -49,6 +49,13 @@ pub fn parameter_covariance(
         .collect()
 }
 
+/// The covariance of coefficients that are taken as exact, zero (`p x p` a row): what poles, zeros
+/// and gains of a model are computed with where only their places are asked for.
+pub fn exact_coefficients(model: &ArxModel) -> Vec<DMatrix<f64>> {
+    let sizes = model.rows().iter().map(|row| row.terms.len());
+    sizes.map(|size| DMatrix::zeros(size, size)).collect()
+}
+
 /// The regressors of an output's row (`rows x p`) as deviations from the model's operating point.
 /// The record has the model's channels, and `rows` starts at its longest lag or later.
 pub(crate) fn regressor_matrix(

@@ -51,7 +51,8 @@ pub struct RealisationReport {
     /// model that is not stable.
     pub hankel_singular_values: Option<Vec<f64>>,
     /// The order of a minimal realisation: the Hankel singular values above [`HANKEL_TOLERANCE`]
-    /// of the largest. For a model that is not stable it is the smaller of the two ranks, which
+    /// of the largest, of the model in units in which every channel counts alike (an output in
+    /// pascal would else hide the states of one in kelvin). For a model that is not stable it is the smaller of the two ranks, which
     /// may be too large.
     pub minimal_order: usize,
     /// `|det M|`, which is 1 but for rounding.
@@ -77,7 +78,7 @@ pub fn realisation_report(model: &ArxModel) -> Result<RealisationReport, IdentEr
     let reachable = krylov_rank(space.a(), space.b());
     let observable = krylov_rank(&space.a().transpose(), &space.c().transpose());
     let hankel_singular_values = hankel_singular_values(&space)?;
-    let minimal_order = match &hankel_singular_values {
+    let minimal_order = match hankel_values_of_like_channels(&space)? {
         Some(values) => {
             let largest = values.first().copied().unwrap_or(0.0);
             let counts = |value: &&f64| **value > HANKEL_TOLERANCE * largest;
@@ -161,6 +162,48 @@ fn hankel_singular_values(model: &StateSpace) -> Result<Option<Vec<f64>>, IdentE
     values.sort_by(|a, b| b.total_cmp(a));
     values.resize(model.nx(), 0.0);
     Ok(Some(values))
+}
+
+/// An impulse response below this part of what it could be is rounding: the channel is left as it is.
+const ROUNDING: f64 = 1e-13;
+
+/// Sweeps over inputs and outputs that bring their sizes together.
+const SWEEPS: usize = 3;
+
+/// The Hankel singular values of the model with each output over the norm of its impulse responses
+/// to all inputs, and each input over the norm of those of all outputs to it.
+fn hankel_values_of_like_channels(model: &StateSpace) -> Result<Option<Vec<f64>>, IdentError> {
+    let (mut b, mut c) = (model.b().clone(), model.c().clone());
+    let counts = |size: f64, most: f64| size > ROUNDING * most && size.is_finite();
+    if model.nx() > 0 && model.spectral_radius()? < 1.0 {
+        for _ in 0..SWEEPS {
+            let Some(s) = gramian_factor(model.a(), &b) else {
+                break;
+            };
+            for mut row in c.row_iter_mut() {
+                let size = (&row * &s).norm();
+                if counts(size, row.norm() * s.norm()) {
+                    row /= size;
+                }
+            }
+            let Some(r) = gramian_factor(&model.a().transpose(), &c.transpose()) else {
+                break;
+            };
+            for mut column in b.column_iter_mut() {
+                let size = r.tr_mul(&column).norm();
+                if counts(size, column.norm() * r.norm()) {
+                    column /= size;
+                }
+            }
+        }
+    }
+    let like = StateSpace::new(
+        [model.a().clone(), b, c, model.d().clone()],
+        model.sample_time_s(),
+        model.inputs().to_vec(),
+        model.outputs().to_vec(),
+    )?;
+    hankel_singular_values(&like)
 }
 
 /// A square root `S` of the Gramian `sum A^k B B' A'^k = S S'`, by doubling: with `A_j = A^(2^j)`,

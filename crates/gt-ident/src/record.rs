@@ -376,6 +376,16 @@ fn power_of_two(most: f64) -> f64 {
     (-exponent).exp2()
 }
 
+/// The parts of a record between samples that are NaN in any channel, each at its own time: what
+/// [`Missing::Break`] makes of it.
+///
+/// # Errors
+/// [`IdentError::Data`] for an infinite sample.
+pub fn unbroken(data: &Dataset) -> Result<Vec<Dataset>, IdentError> {
+    let parts = stretches(data, Missing::Break)?.into_iter();
+    parts.map(|part| Ok(data.rows(part.samples)?)).collect()
+}
+
 fn whole(data: &Dataset) -> Stretch<'_> {
     let samples = 0..data.len();
     Stretch { data, samples }

@@ -33,7 +33,7 @@ mod writer;
 pub use atomic::write_atomically;
 pub use build_info::{BuildInfo, build_info};
 pub use error::{CellProblem, LogError, Place};
-pub use import::{DEFAULT_TOPIC, Imported, Selection, Warning, columns, read_dataset};
+pub use import::{DEFAULT_TOPIC, Imported, Selection, TimeGap, Warning, columns, read_dataset};
 pub use info::{AttachmentInfo, ChunkInfo, LogInfo, MetadataInfo, TopicInfo, info};
 pub use model_document::{ModelFile, ModelKind, ModelNoise};
 pub use model_file::{read_json, write_json};

@@ -11,13 +11,13 @@ use mcap::Channel;
 use mcap::read::ChannelAccumulator;
 use mcap::records::{MessageHeader, Record};
 
-use crate::import::{Columns, DEFAULT_TOPIC, Imported, Selection, Warning};
+use crate::import::{Columns, DEFAULT_TOPIC, Imported, Selection};
 use crate::message::Decoder;
 use crate::records::scan;
 use crate::schema::{DoubleField, double_fields};
 use crate::source::{self, Hashing};
 use crate::table::Table;
-use crate::time::Clock;
+use crate::time::{Clock, Uniform};
 use crate::{LogError, Place};
 
 /// Channels and messages of a log, in the order of the file.
@@ -293,32 +293,25 @@ fn assemble(
         .map(|&index| messages.times_ns[index].into())
         .collect();
     let start_unix_ns = times.first().copied();
-    let sample_time_s = match selection.sample_time_s {
-        Some(given) => given,
-        None => {
-            Clock::Nanoseconds(times).sample_time_s(path, |row| Place::Message(rows.start + row))?
-        }
+    let uniform = match selection.sample_time_s {
+        Some(given) => Uniform::given(given),
+        None => Clock::Nanoseconds(times).uniform(path, selection.missing, |row| {
+            Place::Message(rows.start + row)
+        })?,
     };
     let start_time_s = match selection.sample_time_s {
         Some(given) => rows.start as f64 * given,
         None => time_s(order[rows.start]),
     };
-    let warnings = table
-        .count_nan()
-        .into_iter()
-        .filter(|&(_, count)| count > 0)
-        .map(|(signal, count)| Warning::InvalidSamples {
-            column: signal.name.clone(),
-            count,
-        })
-        .collect();
-    let dataset = table.into_dataset(path, sample_time_s, start_time_s)?;
+    let warnings = table.invalid_samples();
+    let dataset = table.into_dataset(path, uniform.sample_time_s, start_time_s)?;
     Ok(Imported {
         dataset,
         sha256,
         warnings,
         total_rows,
         start_unix_ns,
+        gaps: uniform.gaps,
     })
 }
 

@@ -6,7 +6,7 @@ use gt_core::{Dataset, Signal};
 use nalgebra::DMatrix;
 
 use crate::LogError;
-use crate::import::Columns;
+use crate::import::{Columns, Warning};
 
 /// The selected columns of a file.
 #[derive(Debug)]
@@ -42,21 +42,21 @@ impl Table {
         self.len += 1;
     }
 
-    /// How many values of each column are NaN.
-    pub(crate) fn count_nan(&self) -> Vec<(&Signal, usize)> {
+    /// A warning for each column that has values that are NaN.
+    pub(crate) fn invalid_samples(&self) -> Vec<Warning> {
         let width = self.signals.len();
         let count = |column: usize| {
-            self.values
-                .iter()
-                .skip(column)
-                .step_by(width)
-                .filter(|value| value.is_nan())
-                .count()
+            let values = self.values.iter().skip(column).step_by(width);
+            values.filter(|value| value.is_nan()).count()
         };
-        self.signals
-            .iter()
-            .enumerate()
+        let counts = self.signals.iter().enumerate();
+        counts
             .map(|(column, signal)| (signal, count(column)))
+            .filter(|&(_, count)| count > 0)
+            .map(|(signal, count)| Warning::InvalidSamples {
+                column: signal.name.clone(),
+                count,
+            })
             .collect()
     }
 

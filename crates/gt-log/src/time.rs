@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use crate::{LogError, Place};
+use gtfdi::ident::Missing;
+
+use crate::{LogError, Place, TimeGap};
 
 /// The time of sample 0 of every simulated log, 2006-01-18T00:00:00Z, in nanoseconds since 1970.
 pub const EPOCH_NS: u64 = 1_137_542_400_000_000_000;
@@ -64,16 +66,17 @@ impl Clock {
         }
     }
 
-    /// The sample time of strictly increasing, uniform times.
+    /// The sample time of strictly increasing, uniform times, and the gaps in them.
     ///
-    /// Uniform means: every step within [`UNIFORM_TOLERANCE`] of the median step. The result is the
-    /// mean step to 12 significant digits, which takes away what adding 0.08 a thousand times put
-    /// into the last ones.
-    pub(crate) fn sample_time_s(
+    /// Uniform means: every step within [`UNIFORM_TOLERANCE`] of the median step, or longer with
+    /// [`Missing::Break`]: a gap. The result is the mean of the other steps to 12 significant digits,
+    /// which takes away what adding 0.08 a thousand times put into the last ones.
+    pub(crate) fn uniform(
         &self,
         path: &Path,
+        missing: Missing,
         place: impl Fn(usize) -> Place,
-    ) -> Result<f64, LogError> {
+    ) -> Result<Uniform, LogError> {
         let count = self.len();
         if count < 2 {
             return Err(LogError::TooFewTimes {
@@ -94,20 +97,51 @@ impl Clock {
         sorted.sort_unstable_by(f64::total_cmp);
         let median_s = sorted[sorted.len() / 2];
         let limit_s = UNIFORM_TOLERANCE * median_s;
-        if let Some(k) = steps
-            .iter()
-            .position(|step| (step - median_s).abs() > limit_s)
-        {
-            return Err(LogError::TimeNotUniform {
-                path: path.to_owned(),
-                place: place(k + 1),
-                expected_s: median_s,
-                found_s: steps[k],
-                tolerance: UNIFORM_TOLERANCE,
+        let mut gaps = Vec::new();
+        let mut in_gaps_s = 0.0;
+        for (k, &step) in steps.iter().enumerate() {
+            if (step - median_s).abs() <= limit_s {
+                continue;
+            }
+            if missing == Missing::Refuse || step < median_s {
+                return Err(LogError::TimeNotUniform {
+                    path: path.to_owned(),
+                    place: place(k + 1),
+                    expected_s: median_s,
+                    found_s: step,
+                    tolerance: UNIFORM_TOLERANCE,
+                });
+            }
+            in_gaps_s += step;
+            gaps.push(TimeGap {
+                sample: k + 1,
+                since_first_s: self.between_s(0, k + 1),
             });
         }
-        let mean_s = self.between_s(0, count - 1) / (count - 1) as f64;
-        Ok(format!("{mean_s:.11e}").parse().unwrap_or(mean_s))
+        // The median step is no gap, so that there is at least one other.
+        let regular = (count - 1 - gaps.len()) as f64;
+        let mean_s = (self.between_s(0, count - 1) - in_gaps_s) / regular;
+        Ok(Uniform {
+            sample_time_s: format!("{mean_s:.11e}").parse().unwrap_or(mean_s),
+            gaps,
+        })
+    }
+}
+
+/// What times say of the sampling.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Uniform {
+    pub sample_time_s: f64,
+    pub gaps: Vec<TimeGap>,
+}
+
+impl Uniform {
+    /// A sample time that makes the times of no interest.
+    pub(crate) fn given(sample_time_s: f64) -> Self {
+        Self {
+            sample_time_s,
+            gaps: Vec::new(),
+        }
     }
 }
 
@@ -145,26 +179,36 @@ mod tests {
             time_s
         });
         let clock = Clock::Seconds(times.take(5000).collect());
-        let found = clock.sample_time_s(Path::new("x"), Place::Message).unwrap();
-        assert_eq!(found.to_bits(), 0.08_f64.to_bits());
+        let found = clock
+            .uniform(Path::new("x"), Missing::Refuse, Place::Message)
+            .unwrap();
+        assert_eq!(found.sample_time_s.to_bits(), 0.08_f64.to_bits());
     }
 
     #[test]
     fn the_tolerance_is_a_thousandth_of_the_period() {
         let with_step = |step: f64| Clock::Seconds(vec![0.0, 1.0, 2.0, 3.0, 3.0 + step]);
         let path = Path::new("x");
-        assert!(
-            with_step(1.0009)
-                .sample_time_s(path, Place::Message)
-                .is_ok()
-        );
+        let uniform = |step, missing| with_step(step).uniform(path, missing, Place::Message);
+        assert!(uniform(1.0009, Missing::Refuse).is_ok());
         assert!(matches!(
-            with_step(1.0011).sample_time_s(path, Place::Message),
+            uniform(1.0011, Missing::Refuse),
             Err(LogError::TimeNotUniform {
                 place: Place::Message(4),
                 expected_s: 1.0,
                 ..
             })
         ));
+        // A longer step may be a gap, a shorter one never.
+        let gap = TimeGap {
+            sample: 4,
+            since_first_s: 6.5,
+        };
+        let expected = Uniform {
+            sample_time_s: 1.0,
+            gaps: vec![gap],
+        };
+        assert_eq!(uniform(3.5, Missing::Break).unwrap(), expected);
+        assert!(uniform(0.5, Missing::Break).is_err());
     }
 }

@@ -6,7 +6,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use gt_log::{LogError, Selection, Warning, columns, read_dataset, sha256_hex};
+use gt_log::{LogError, Selection, TimeGap, Warning, columns, read_dataset, sha256_hex};
+use gtfdi::ident::Missing;
 use tempfile::{TempDir, tempdir};
 
 struct File {
@@ -321,6 +322,57 @@ fn selections_that_do_not_fit_are_named() {
         names,
         ["u2", "u1"],
         "a pattern does not repeat what is there"
+    );
+}
+
+/// Where missing samples and gaps may be: cells are NaN and counted, pieces carry their own times.
+#[test]
+fn missing_samples_and_gaps_are_kept_where_they_may_be() {
+    let text = "time,u,y\n10,1,2\n12,,4\n14,5,NaN\n16,7,8\n30,9,10\n32,11,12\n33.5,13,14\n";
+    let allowed = Selection {
+        missing: Missing::Break,
+        ..select(&["u"], &["y"])
+    };
+    assert_eq!(
+        error(text, &allowed),
+        "line 8: expected a step of 2 s (within 0.001 of it), found 1.5 s; select rows without a \
+         gap, or give the sample time"
+    );
+    let gaps = text.strip_suffix("33.5,13,14\n").unwrap();
+    let file = file(gaps);
+    let imported = read_dataset(&file.path, &allowed).unwrap();
+    let invalid = |column: &str| Warning::InvalidSamples {
+        column: column.to_owned(),
+        count: 1,
+    };
+    assert_eq!(imported.warnings, [invalid("u"), invalid("y")]);
+    assert_eq!(imported.dataset.sample_time_s(), 2.0);
+    assert!(imported.dataset.u()[1].is_nan() && imported.dataset.y()[2].is_nan());
+    let gap = TimeGap {
+        sample: 4,
+        since_first_s: 20.0,
+    };
+    assert_eq!(imported.gaps, [gap]);
+    let starts = |rows: std::ops::Range<usize>| -> Vec<(f64, usize)> {
+        let pieces = imported.pieces(rows).unwrap();
+        pieces
+            .iter()
+            .map(|piece| (piece.start_time_s(), piece.len()))
+            .collect()
+    };
+    assert_eq!(starts(0..6), [(10.0, 4), (30.0, 2)]);
+    assert_eq!(starts(1..4), [(12.0, 3)]);
+    assert_eq!(starts(3..5), [(16.0, 1), (30.0, 1)]);
+    assert_eq!(starts(5..6), [(32.0, 1)]);
+    assert!(imported.pieces(5..7).is_err());
+    // Infinity is no missing sample, and by default neither cells nor gaps may be missing.
+    assert_eq!(
+        error("u,y\n1,2\n3,-inf\n", &allowed),
+        "line 3, column `y`: expected a finite number, found `-inf`"
+    );
+    assert_eq!(
+        error(gaps, &select(&["u"], &["y"])),
+        "line 3, column `u`: expected a finite number, found an empty cell"
     );
 }
 

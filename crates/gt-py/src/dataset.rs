@@ -277,6 +277,7 @@ pub fn read(
         sample_time_s,
         topic,
         rows: rows.map(|(start, end)| start..end),
+        ..Selection::default()
     };
     let imported = py.detach(|| read_dataset(&path, &selection))?;
     for warning in &imported.warnings {

@@ -1,7 +1,7 @@
 //! Tables 7 and 8: errors-in-variables models of the monitored outputs, and the noise they find.
 
 use gtfdi::ident::eiv::{Eiv, EivEstimate, EivLags, EivVariance, eiv_order_table};
-use gtfdi::ident::{Start, validate_from};
+use gtfdi::ident::{Start, ValidationOptions, validate_records};
 use gtfdi::plant::{
     Channel, MapSet, NoiseLevel, NoiseScale, PlantParameters, Profile, Run, Scenario, Variant,
     simulate,
@@ -140,7 +140,11 @@ fn fit(
         .during(&what)?;
     let model = estimate.model(&own.noisy).during(&what)?;
     let score = |pair: &Pair| {
-        let validation = validate_from(model.relation(), &pair.clean, Start::Fitted);
+        let options = ValidationOptions {
+            start: Start::Fitted,
+            ..ValidationOptions::default()
+        };
+        let validation = validate_records(model.relation(), &[&pair.clean], options);
         validation.during(&what).map(|found| found.outputs)
     };
     let errors = score(own)?.into_iter().zip(score(other)?);

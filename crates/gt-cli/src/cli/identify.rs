@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use super::{DataArgs, count};
+use super::{DataArgs, count, one_or_many};
 use crate::config::Alternatives;
 use crate::row_range::RowRange;
 
@@ -45,16 +45,60 @@ pub enum Structure {
     Diag,
 }
 
+/// What missing samples and gaps in time do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MissingSamples {
+    /// The record is refused
+    Error,
+    /// The record ends before them and another begins after them
+    Break,
+}
+
+/// What is assumed of the equation errors of several outputs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ErrorModel {
+    /// Each output is fitted by itself
+    Uncorrelated,
+    /// All are fitted together, by three-stage least squares
+    Correlated,
+}
+
+/// How least-squares problems are solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LeastSquaresSolver {
+    /// By QR factorisation in blocks of rows
+    Qr,
+    /// By refinement on long records of moderate condition, where it is faster
+    Automatic,
+}
+
+/// What is done to a fitted model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Refinement {
+    /// The error of the free run is lowered, where rows that the fit did not see agree
+    OutputError,
+}
+
 /// `gtfdi identify`.
 #[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
 Example: gtfdi identify run.mcap --inputs a_v,M_f --outputs q_c --order 8 --nk 0 --out model.json
-         gtfdi identify noisy.csv --inputs u --outputs y --method eiv --order 2")]
+         gtfdi identify noisy.csv --inputs u --outputs y --method eiv --order 2
+         gtfdi identify a.csv b.csv --inputs u --outputs y --order auto --plot orders.svg
+         gtfdi identify run.csv --inputs u --outputs y --order 2 --stable --dc-gain y:u=+
+         gtfdi identify run.csv --inputs u --outputs y --order 2 --stable --train 0:500 \
+--validate 500:1000 --refine output-error")]
 pub struct IdentifyArgs {
-    /// The record, .csv or .mcap
+    /// The record, .csv or .mcap; several are fitted together, and no equation reaches from one into
+    /// another
     #[arg(value_name = "DATA")]
-    pub data: Option<PathBuf>,
+    #[serde(default, deserialize_with = "one_or_many")]
+    pub data: Option<Vec<PathBuf>>,
     /// Input tags, comma separated; globs allowed (xmv*)
     #[arg(long, env = "GTFDI_INPUTS", value_delimiter = ',')]
     pub inputs: Option<Vec<String>>,
@@ -65,13 +109,19 @@ pub struct IdentifyArgs {
     #[command(flatten)]
     #[serde(flatten)]
     pub reading: DataArgs,
-    /// Rows to identify on, 0-based and half open [default: all]
+    /// Rows of each record to identify on, 0-based and half open [default: all]
     #[arg(long, visible_alias = "rows", env = "GTFDI_TRAIN", value_name = "A:B")]
     #[serde(alias = "rows")]
     pub train: Option<RowRange>,
-    /// Rows to validate on [default: the training rows]
+    /// Rows of each record to validate on [default: the training rows]
     #[arg(long, env = "GTFDI_VALIDATE", value_name = "A:B")]
     pub validate: Option<RowRange>,
+    /// Another record to validate on, in place of --validate
+    #[arg(long, env = "GTFDI_HOLDOUT", value_name = "DATA")]
+    pub holdout: Option<PathBuf>,
+    /// What a sample that is NaN or an empty cell does, and a gap in time [default: error]
+    #[arg(long, env = "GTFDI_MISSING", value_enum)]
+    pub missing: Option<MissingSamples>,
     /// Method [default: arx]
     #[arg(long, env = "GTFDI_METHOD", value_enum)]
     pub method: Option<Method>,
@@ -96,6 +146,49 @@ pub struct IdentifyArgs {
     /// Indices of the canonical structure, one an output
     #[arg(long, env = "GTFDI_INDICES", value_delimiter = ',', value_parser = count())]
     pub indices: Option<Vec<usize>>,
+    /// The operating point: means, zero, or a value for each channel [default: means]
+    #[arg(long, env = "GTFDI_CENTRE", value_name = "means|zero|TAG=VALUE,..")]
+    pub centre: Option<String>,
+    /// Weight of a penalty on the scaled coefficients: 1 holds each back as much as the record asks
+    /// for it [default: 0]
+    #[arg(
+        long,
+        env = "GTFDI_RIDGE",
+        value_name = "WEIGHT",
+        allow_negative_numbers = true
+    )]
+    pub ridge: Option<f64>,
+    /// Whether the equation errors of several outputs may be correlated [default: uncorrelated]
+    #[arg(long, env = "GTFDI_EQUATION_ERRORS", value_enum)]
+    pub equation_errors: Option<ErrorModel>,
+    /// Solver [default: qr]
+    #[arg(long, env = "GTFDI_SOLVER", value_enum)]
+    pub solver: Option<LeastSquaresSolver>,
+    /// Poles of at most this modulus (0.999 where none is given); structure diag
+    #[arg(
+        long,
+        env = "GTFDI_STABLE",
+        value_name = "RADIUS",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "0.999",
+        allow_negative_numbers = true
+    )]
+    pub stable: Option<f64>,
+    /// What is known of a steady-state gain: its value, a range, or its sign; structure diag
+    #[arg(
+        long,
+        env = "GTFDI_DC_GAIN",
+        value_name = "OUTPUT:INPUT=VALUE|LOW..HIGH|+|-",
+        value_delimiter = ','
+    )]
+    pub dc_gain: Option<Vec<String>>,
+    /// What to do to the fitted model; it is kept where --validate or --holdout agrees
+    #[arg(long, env = "GTFDI_REFINE", value_enum)]
+    pub refine: Option<Refinement>,
+    /// A chart of the criteria of the orders to write
+    #[arg(long, env = "GTFDI_PLOT", value_name = "FILE.svg")]
+    pub plot: Option<PathBuf>,
     /// The model file to write
     #[arg(long, env = "GTFDI_OUT", value_name = "MODEL.json")]
     pub out: Option<PathBuf>,

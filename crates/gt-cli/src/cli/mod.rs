@@ -6,6 +6,7 @@
 mod design;
 mod detect;
 mod identify;
+mod model;
 mod simulate;
 
 use std::collections::BTreeSet;
@@ -13,12 +14,15 @@ use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::config::Alternatives;
 pub use design::{DesignArgs, GeneratorKind, Statistic};
 pub use detect::{DetectArgs, FailOn};
-pub use identify::{Criterion, IdentifyArgs, Method, Structure};
+pub use identify::{
+    Criterion, ErrorModel, IdentifyArgs, LeastSquaresSolver, Method, MissingSamples, Structure,
+};
+pub use model::{CheckArgs, ModelCommand};
 pub use simulate::SimulateArgs;
 
 /// The largest integer of a TOML file, and so of an option.
@@ -32,6 +36,20 @@ fn count() -> RangedU64ValueParser<usize> {
 /// Reads an integer such as a seed.
 fn integer() -> RangedU64ValueParser<u64> {
     RangedU64ValueParser::new().range(..=LARGEST)
+}
+
+/// Reads a list from a configuration file, where a single entry may stand without brackets.
+fn one_or_many<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Vec<PathBuf>>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged)]
+    enum OneOrMany {
+        One(PathBuf),
+        Many(Vec<PathBuf>),
+    }
+    Ok(Some(match OneOrMany::deserialize(from)? {
+        OneOrMany::One(path) => vec![path],
+        OneOrMany::Many(paths) => paths,
+    }))
 }
 
 /// Model-based fault diagnosis: simulate, identify, design, detect.
@@ -99,6 +117,9 @@ pub enum Command {
     Detect(DetectArgs),
     /// Compute the source paper's tables again, with a report
     Reproduce(ReproduceArgs),
+    /// Look into model files
+    #[command(subcommand)]
+    Model(ModelCommand),
     /// Look into MCAP logs
     #[command(subcommand)]
     Log(LogCommand),

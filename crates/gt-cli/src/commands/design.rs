@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use gt_log::{ModelFile, read_json, write_json};
-use gtfdi::core::{Dataset, Signal};
+use gtfdi::core::Dataset;
 use gtfdi::fdi::{
     Bank, FalseAlarmRate, FdiError, OutputDetector, ResidualGenerator, ThresholdRule,
 };
@@ -16,7 +16,7 @@ use crate::cli::{DesignArgs, GeneratorKind, GlobalArgs, Statistic};
 use crate::config::layered;
 use crate::failure::Failure;
 use crate::output::{complain, number, print, print_json, table};
-use crate::record::{check_out, read_for, selection};
+use crate::record::{check_out, read_for, selection_for};
 
 /// The bank's name, part of its topics in a log.
 const BANK_NAME: &str = "observers";
@@ -167,9 +167,7 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     check_tags(&wishes, model.outputs(), model_path)?;
 
     let rows = args.rows.as_ref().map(|rows| rows.0.clone());
-    let names = |signals: &[Signal]| signals.iter().map(|signal| signal.name.clone()).collect();
-    let (inputs, outputs) = (names(model.inputs()), names(model.outputs()));
-    let wanted = selection(inputs, outputs, &args.reading, rows);
+    let wanted = selection_for(&model, &args.reading, rows);
     let mut healthy: Vec<Dataset> = Vec::new();
     let mut warnings = Vec::new();
     for path in &healthy_paths {

@@ -2,8 +2,12 @@
 
 pub mod design;
 pub mod detect;
+mod equation;
+mod finding;
 pub mod identify;
 pub mod log_info;
+pub mod model;
+mod noise;
 mod poles;
 pub mod reproduce;
 pub mod simulate;

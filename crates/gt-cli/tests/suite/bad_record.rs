@@ -1,7 +1,7 @@
 //! Records that cannot be used.
 
 use crate::place::Place;
-use crate::signal::{csv, second_order, second_order_csv};
+use crate::signal::{Noise, arx, csv, second_order, second_order_csv};
 
 const LAGS: [&str; 4] = ["--na", "2", "--nb", "2"];
 
@@ -141,6 +141,153 @@ fn records_that_cannot_be_fitted_are_refused() {
     );
     let args = [&head[..], &["--outputs", "y,y"], &LAGS].concat();
     place.refused(&args, &["short.csv: `y` is selected twice as output"]);
+}
+
+/// Columns `u`, then what `more` makes of it and of other noise, then a first-order `y`.
+fn dependent(place: &Place, header: &str, more: &dyn Fn(usize, f64, f64) -> Vec<f64>) {
+    let mut other = Noise::new(77);
+    let rows = arx(&[0.5], &[1.0], 0.1, 200, 3);
+    let rows = rows.iter().enumerate();
+    let rows: Vec<Vec<f64>> = rows
+        .map(|(t, row)| {
+            let mut cells = more(t, row[0], other.next());
+            cells.push(row[1]);
+            cells
+        })
+        .collect();
+    place.write("bad.csv", csv(header, &rows));
+}
+
+#[test]
+fn regressors_that_depend_on_each_other_are_named() {
+    let place = Place::new();
+    let refused = |inputs: &str, options: &[&str], texts: &[&str]| {
+        let head = ["identify", "bad.csv", "--inputs", inputs, "--outputs", "y"];
+        let out = ["--out", "model.json", "--json"];
+        let texts = [
+            &[
+                "bad.csv: output `y`: expected independent regressors (condition at most \
+                        1e12), found condition ",
+            ],
+            texts,
+        ]
+        .concat();
+        place.refused(&[&head[..], options, &out].concat(), &texts);
+    };
+    let ridge = "; leave one of them out, or hold them with --ridge\n";
+    dependent(&place, "u,v,y", &|_, u, _| vec![u, 2.0 * u + 1.0]);
+    let twice = ": `v` at lag 1 is 2.000000 times `u` at lag 1";
+    let with_ridge = format!("{twice}{ridge}");
+    refused("u,v", &["--order", "1"], &[&with_ridge]);
+    refused("u,v", &["--order", "1..4"], &[&with_ridge]);
+    // No ridge where there is none to be had.
+    refused(
+        "u,v",
+        &["--order", "1", "--stable"],
+        &[&format!("{twice}; leave one of them out\n")],
+    );
+    // Equal but for rounding: beyond 1e12, though not to the last digit.
+    dependent(&place, "u,v,y", &|_, u, v| vec![u, u + 1e-13 * v]);
+    refused(
+        "u,v",
+        &["--order", "1"],
+        &[&format!(
+            ": `v` at lag 1 is 1.000000 times `u` at lag 1{ridge}"
+        )],
+    );
+    // 1e-9 apart is accepted: the condition is near 1e9.
+    dependent(&place, "u,v,y", &|_, u, v| vec![u, u + 1e-9 * v]);
+    let head = [
+        "identify",
+        "bad.csv",
+        "--inputs",
+        "u,v",
+        "--outputs",
+        "y",
+        "--order",
+        "1",
+    ];
+    place.done(&head);
+    dependent(&place, "u,v,w,y", &|_, u, v| vec![u, v, u + v]);
+    refused(
+        "u,v,w",
+        &["--order", "1"],
+        &[&format!(
+            ": `w` at lag 1 follows from `u` at lag 1, `v` at lag 1{ridge}"
+        )],
+    );
+    // A square wave of period 2: u(t - 2) = -u(t - 1).
+    dependent(&place, "u,y", &|t, _, _| {
+        vec![if t % 2 == 0 { 1.0 } else { -1.0 }]
+    });
+    refused(
+        "u",
+        &["--order", "2"],
+        &[
+            "`u` at lag 2 follows from its own other lags or stands still in the rows used: the \
+           channel does not excite so many lags; use fewer lags, rows in which it moves (--train), \
+           or hold it with --ridge\n",
+        ],
+    );
+}
+
+#[test]
+fn what_to_do_about_a_record_is_said() {
+    let place = Place::new();
+    place.write("short.csv", second_order_csv(6, 1));
+    refused(
+        &place,
+        "short.csv",
+        &["found 6; use more rows or fewer lags\n"],
+    );
+    place.write("flat.csv", csv("u,y", &vec![vec![1.0, 2.0]; 50]));
+    refused(
+        &place,
+        "flat.csv",
+        &[
+            "found 1 in every row used; leave the channel out, or choose rows in which it moves \
+           (--train)\n",
+        ],
+    );
+    // A dropout in a log is NaN.
+    place.write(
+        "dropout.toml",
+        "[[fault]]\nsensor = \"t3\"\nmode = \"dropout\"\nonset_s = 10.0\n",
+    );
+    let simulate = [
+        "simulate",
+        "--seconds",
+        "40",
+        "--faults",
+        "dropout.toml",
+        "--out",
+        "run.mcap",
+    ];
+    place.done(&simulate);
+    let head = [
+        "identify",
+        "run.mcap",
+        "--inputs",
+        "a_v,M_f",
+        "--outputs",
+        "t3",
+        "--order",
+        "1",
+    ];
+    place.refused(
+        &head,
+        &[
+            "run.mcap: ",
+            "`t3`",
+            "NaN",
+            "; --missing break fits around it\n",
+        ],
+    );
+    let missing = ["--missing", "break", "--nk", "1,0", "--out", "model.json"];
+    place.done(&[&head[..], &missing].concat());
+    let model: serde_json::Value = serde_json::from_slice(&place.read("model.json")).expect("JSON");
+    // 125 samples before the dropout at 10 s, one of them without a past.
+    assert_eq!(model["model"]["rows_used"], 124);
 }
 
 #[test]

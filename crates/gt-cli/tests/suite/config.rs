@@ -54,7 +54,7 @@ fn a_flag_wins_over_environment_file_and_default() {
 #[test]
 fn what_is_printed_gives_the_same_again() {
     let place = Place::new();
-    let lines: [&[&str]; 6] = [
+    let lines: [&[&str]; 8] = [
         &[
             "simulate",
             "--seconds",
@@ -92,6 +92,34 @@ fn what_is_printed_gives_the_same_again() {
         ],
         &["identify", "--order", "1..12"],
         &[
+            "identify",
+            "a.csv",
+            "b.csv",
+            "--ridge",
+            "1e-3",
+            "--missing",
+            "break",
+            "--centre",
+            "zero",
+            "--equation-errors",
+            "correlated",
+            "--solver",
+            "automatic",
+            "--plot",
+            "o.svg",
+        ],
+        &[
+            "identify",
+            "a.csv",
+            "--holdout",
+            "c.csv",
+            "--stable",
+            "--dc-gain",
+            "y:u=+,y:v=-2..3",
+            "--refine",
+            "output-error",
+        ],
+        &[
             "design",
             "--model",
             "m.json",
@@ -124,6 +152,30 @@ fn what_is_printed_gives_the_same_again() {
         let again = [line[0], "--config", "c.toml", "--print-config"];
         assert_eq!(place.done(&again), first);
     }
+}
+
+/// `--stable` has a value only after an equals sign, so that a record may follow it.
+#[test]
+fn the_radius_of_stable_may_be_left_out() {
+    let place = Place::new();
+    place.write("c.toml", "[identify]\nstable = 0.8\n");
+    let radius = |args: &[&str], environment: &[(&str, &str)]| {
+        let table = printed(&place, &[&["identify"], args].concat(), environment);
+        let data = table.get("data").map(ToString::to_string);
+        (table["stable"].as_float(), data)
+    };
+    let data = Some("[\"d.csv\"]".to_owned());
+    assert_eq!(
+        radius(&["--stable", "d.csv"], &[]),
+        (Some(0.999), data.clone())
+    );
+    assert_eq!(radius(&["--stable=0.9", "d.csv"], &[]), (Some(0.9), data));
+    assert_eq!(radius(&["--config", "c.toml"], &[]), (Some(0.8), None));
+    let environment = [("GTFDI_STABLE", "0.7")];
+    assert_eq!(
+        radius(&["--config", "c.toml"], &environment),
+        (Some(0.7), None)
+    );
 }
 
 #[test]

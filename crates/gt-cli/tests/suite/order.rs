@@ -40,6 +40,83 @@ fn the_order_of_a_simulated_system_is_found() {
 }
 
 #[test]
+fn the_reason_of_the_choice_is_printed() {
+    let place = Place::new();
+    place.write("one.csv", second_order_csv(500, 1));
+    let args = [&ONE[..], &["--order", "1..5"]].concat();
+    let report = place.json(&args);
+    let mdl = |order: usize| number(&report, &format!("/order_table/rows/{}/mdl", order - 1));
+    let next = [1, 3, 4, 5]
+        .into_iter()
+        .min_by(|a, b| mdl(*a).total_cmp(&mdl(*b)));
+    let next = next.expect("four others");
+    let [aic, fpe] = ["best_aic", "best_fpe"].map(|key| report["order_table"][key].clone());
+    let reason = format!(
+        "chosen by MDL: order 2, {:.1} below order {next}, the next best; AIC would take order \
+         {aic}, FPE order {fpe}",
+        mdl(next) - mdl(2)
+    );
+    assert_eq!(report["order_reason"], reason);
+    assert!(place.done(&args).contains(&reason));
+    // One order is no choice, and no order asked for has no reason.
+    let report = place.json(&[&ONE[..], &["--order", "2..2"]].concat());
+    let reason = report["order_reason"].as_str().expect("a reason");
+    assert!(
+        reason.starts_with("chosen by MDL: order 2, the only one that can be fitted"),
+        "{reason}"
+    );
+    assert!(place.json(&[&ONE[..], &["--order", "2"]].concat())["order_reason"].is_null());
+}
+
+#[test]
+fn the_criteria_are_drawn() {
+    let place = Place::new();
+    place.write("one.csv", second_order_csv(500, 1));
+    let args = [&ONE[..], &["--order", "1..5", "--plot", "orders.svg"]].concat();
+    assert_eq!(place.json(&args)["plot"], "orders.svg");
+    let chart = String::from_utf8(place.read("orders.svg")).expect("text");
+    assert!(chart.starts_with("<svg xmlns=") && chart.ends_with("</svg>"));
+    for text in ["Order 2 chosen by MDL", ">MDL<", ">AIC<", ">order 2<"] {
+        assert!(chart.contains(text), "{text}");
+    }
+    // Two curves of five points.
+    let curves: Vec<&str> = chart.split("<path ").skip(1).collect();
+    assert_eq!(curves.len(), 2);
+    for curve in curves {
+        let (points, _) = curve.split_once("/>").expect("an end");
+        assert_eq!(points.matches(['M', 'L']).count(), 5, "{points}");
+    }
+    let eiv = ["--method", "eiv", "--order", "1..3", "--plot", "orders.svg"];
+    place.done(&[&ONE[..], &eiv].concat());
+    let chart = String::from_utf8(place.read("orders.svg")).expect("text");
+    assert!(
+        chart.contains("chosen by the likelihood's BIC")
+            || chart.contains("chosen by the likelihood&#39;s BIC")
+    );
+    for (tail, text) in [
+        (
+            &["--order", "2", "--plot", "orders.svg"][..],
+            "--plot: expected orders to compare, --order auto or a range such as 1..12, found \
+             --order 2",
+        ),
+        (
+            &["--na", "2", "--nb", "2", "--plot", "orders.svg"],
+            "--plot: expected orders to compare, --order auto or a range such as 1..12, found no \
+             --order",
+        ),
+        (
+            &["--order", "auto", "--plot", "orders.png"],
+            "--plot: expected a file that ends in .svg, found orders.png",
+        ),
+    ] {
+        place.refused_exactly(&[&ONE[..], tail].concat(), text);
+    }
+    let args = [&ONE[..], &["--order", "auto", "--plot", "none/orders.svg"]].concat();
+    let text = "none/orders.svg: expected the folder none, found none";
+    place.ends_badly(1, &mut place.command(&args), &[text]);
+}
+
+#[test]
 fn the_order_of_a_canonical_model_counts_all_states() {
     let place = Place::new();
     place.write("two.csv", two_outputs_csv(2000, 1));

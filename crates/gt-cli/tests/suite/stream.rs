@@ -106,13 +106,15 @@ fn nothing_is_coloured_without_a_terminal_or_with_no_color() {
 #[test]
 fn help_of_each_verb_shows_an_example() {
     let place = place();
-    let verbs: [&[&str]; 6] = [
+    let verbs: [&[&str]; 8] = [
         &["simulate"],
         &["identify"],
         &["design"],
         &["detect"],
         &["reproduce"],
         &["log", "info"],
+        &["model", "show"],
+        &["model", "check"],
     ];
     for verb in verbs {
         let help = place.done(&[verb, &["--help"]].concat());

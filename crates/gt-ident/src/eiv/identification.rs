@@ -144,13 +144,7 @@ impl EivIdentification {
                 scheme.fit_shared(data)?.model(data)?
             }
         };
-        let untold = model
-            .noise()
-            .filter(|(_, noise)| noise.identifiable() == Some(false));
-        remarks.extend(untold.map(|(signal, noise)| EivRemark::NoiseNotTold {
-            channel: signal.name.clone(),
-            noise: *noise,
-        }));
+        remarks.extend(model.not_told());
         Ok(IdentifiedEiv {
             model,
             orders,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::ChannelNoise;
+use super::{ChannelNoise, EivModel};
 
 /// Something that the user of an identified model should know.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,6 +28,20 @@ pub enum EivRemark {
         /// What was found.
         noise: ChannelNoise,
     },
+}
+
+impl EivModel {
+    /// The variances that the record does not tell.
+    pub fn not_told(&self) -> Vec<EivRemark> {
+        let untold = self
+            .noise()
+            .filter(|(_, noise)| noise.identifiable() == Some(false));
+        let remarks = untold.map(|(signal, noise)| EivRemark::NoiseNotTold {
+            channel: signal.name.clone(),
+            noise: *noise,
+        });
+        remarks.collect()
+    }
 }
 
 impl fmt::Display for EivRemark {

@@ -44,7 +44,20 @@ impl Default for ResidualOptions {
     }
 }
 
+/// Residuals that the laws of the tests want for each lag of the correlations.
+const SAMPLES_PER_LAG: usize = 5;
+
 impl ResidualOptions {
+    /// The defaults over fewer lags where there are few residuals: the laws of the tests hold for
+    /// correlations over many samples.
+    pub fn for_residuals(residuals: usize) -> Self {
+        let defaults = Self::default();
+        Self {
+            lags: defaults.lags.min(residuals / SAMPLES_PER_LAG),
+            ..defaults
+        }
+    }
+
     /// Refuses a significance outside 0 to 1 and a number of lags outside
     /// `lowest..=highest`.
     pub(crate) fn validate(&self, lowest: usize, highest: usize) -> Result<(), IdentError> {

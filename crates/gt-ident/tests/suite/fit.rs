@@ -1,7 +1,10 @@
 //! Identification, prediction and free run on records of known systems.
 
 use gt_core::{Dataset, Signal};
-use gt_ident::{Arx, ArxModel, ArxStructure, CanonicalForm, Channel, validate};
+use gt_ident::{
+    Arx, ArxModel, ArxStructure, CanonicalForm, Channel, IdentError, RecordOrigin,
+    ValidationOptions, unbroken, validate, validate_records,
+};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -212,6 +215,65 @@ fn estimates_are_consistent_with_white_equation_errors() {
         "bias in standard errors: {bias_short} {bias_long}"
     );
     assert!((2.8..5.6).contains(&(short / long)), "{short} / {long}");
+}
+
+/// Several records are judged as one, but that each free run starts by itself and no prediction
+/// reaches across; missing samples leave several.
+#[test]
+fn records_are_validated_together() {
+    let mut rng = generator(14);
+    let truth = random_form(&mut rng, &[2, 1], 1, false);
+    let data = record(&mut rng, &truth, 300, 0.3);
+    let model = Arx::new(canonical(&[2, 1], false)).fit(&data).unwrap();
+    let parts = [0..120, 121..123, 124..300].map(|rows| data.rows(rows).unwrap());
+    let mut y = data.y().clone();
+    (y[(0, 120)], y[(1, 123)]) = (f64::NAN, f64::NAN);
+    let (inputs, outputs) = (data.inputs().to_vec(), data.outputs().to_vec());
+    let holed = Dataset::new(inputs, outputs, data.u().clone(), y, 1.0).unwrap();
+    assert_eq!(unbroken(&holed).unwrap(), parts);
+    let records: Vec<&Dataset> = parts.iter().collect();
+    let options = ValidationOptions {
+        origin: RecordOrigin::Fitted,
+        ..ValidationOptions::default()
+    };
+    let together = validate_records(&model, &records, options).unwrap();
+    // The two samples between the holes have no past.
+    assert_eq!(together.rows, 2..2 + 118 + 174);
+    let pool = |of: &dyn Fn(&Dataset) -> DMatrix<f64>, output: usize| -> Vec<f64> {
+        let long = [&parts[0], &parts[2]];
+        let rows = long.map(|part| of(part).row(output).columns(2, part.len() - 2).into_owned());
+        rows.iter().flat_map(|row| row.iter().copied()).collect()
+    };
+    for (output, fit) in together.outputs.iter().enumerate() {
+        let y = DVector::from(pool(&|part| part.y().clone(), output));
+        let centred = y.add_scalar(-y.mean());
+        let predicted = DVector::from(pool(&|part| model.predict(part).unwrap(), output));
+        let run = DVector::from(pool(&|part| model.simulate(part).unwrap().y, output));
+        for (estimate, sse) in [
+            (predicted, Some(fit.sse_prediction)),
+            (run, fit.sse_simulation),
+        ] {
+            let expected = (&y - estimate).norm_squared() / centred.norm_squared();
+            assert!((sse.unwrap() - expected).abs() < 1e-12 * expected);
+        }
+    }
+    // Of several the longest is tested, as a fresh one.
+    let longest = validate(&model, &parts[2]).unwrap();
+    assert_eq!(together.residuals, longest.residuals);
+    // One record is what it is said to be.
+    let one = validate_records(&model, &[&data], ValidationOptions::default()).unwrap();
+    assert_eq!(one, validate(&model, &data).unwrap());
+    let none = validate_records(&model, &[], ValidationOptions::default()).unwrap_err();
+    assert_eq!(none, IdentError::NoRecords);
+    let short = validate_records(&model, &[&parts[1]], ValidationOptions::default()).unwrap_err();
+    assert!(matches!(
+        short,
+        IdentError::TooFewRows {
+            needed: 4,
+            found: 2,
+            ..
+        }
+    ));
 }
 
 /// The formulas of `OutputFit`, written again for a record whose means are not the model's, so

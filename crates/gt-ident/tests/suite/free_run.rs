@@ -1,7 +1,9 @@
 //! Where a free run starts from.
 
 use gt_core::Dataset;
-use gt_ident::{Arx, ArxStructure, IdentError, Start, validate, validate_from};
+use gt_ident::{
+    Arx, ArxStructure, IdentError, Start, ValidationOptions, validate, validate_records,
+};
 use nalgebra::DMatrix;
 
 use crate::common::{generator, largest_difference, normal_matrix, random_form, record, signals};
@@ -84,7 +86,7 @@ fn a_fitted_start_leaves_a_clean_record_alone() {
 }
 
 /// A slow pole carries the noise of the first samples through the record; with a fitted start the
-/// free run of the true model is closer to it, and `validate_from` says by how much.
+/// free run of the true model is closer to it, and `validate_records` says by how much.
 #[test]
 fn validation_from_a_fitted_start_forgets_the_noise_of_the_first_samples() {
     let count = 300;
@@ -107,7 +109,11 @@ fn validation_from_a_fitted_start_forgets_the_noise_of_the_first_samples() {
     y[0] += 3.0 * clean.y().variance().sqrt();
     let data = with_outputs(&clean, y);
     let measured = validate(&model, &data).unwrap().outputs.remove(0);
-    let fitted = validate_from(&model, &data, Start::Fitted)
+    let options = ValidationOptions {
+        start: Start::Fitted,
+        ..ValidationOptions::default()
+    };
+    let fitted = validate_records(&model, &[&data], options)
         .unwrap()
         .outputs
         .remove(0);

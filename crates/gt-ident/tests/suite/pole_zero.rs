@@ -482,6 +482,21 @@ fn realisations_that_deserve_a_warning() {
     assert_eq!(report.minimal_order, 1);
 }
 
+/// Two outputs with poles of their own, one in units ten thousand million times as small as the
+/// other's: all states count, whatever the unit, though the singular values are those of the units.
+#[test]
+fn units_hide_no_states() {
+    for unit in [1e-10, 1.0, 1e10] {
+        let rows: [&[f64]; 2] = [&[1.2, -0.4, unit, 0.5 * unit], &[0.9, -0.5, 1.0, -0.3]];
+        let report = realisation_report(&known_model(diagonal(2, 2), 1, &rows, 100)).unwrap();
+        assert_eq!((report.order, report.minimal_order), (4, 4), "{unit}");
+        assert!(report.warnings.is_empty(), "{unit}");
+        let values = report.hankel_singular_values.unwrap();
+        let spread = values[0] / values[3];
+        assert!((spread > 1e9) == (unit != 1.0), "{unit}: {spread}");
+    }
+}
+
 proptest! {
     #![proptest_config(cases(40))]
 

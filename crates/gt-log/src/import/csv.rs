@@ -5,6 +5,7 @@ use std::path::Path;
 
 use csv::{ReaderBuilder, StringRecord, Trim};
 use gt_core::Signal;
+use gtfdi::ident::Missing;
 use jiff::Timestamp;
 use jiff::civil::DateTime;
 use jiff::tz::TimeZone;
@@ -13,7 +14,7 @@ use super::select::{Columns, names};
 use super::{Imported, Selection, Warning};
 use crate::error::CellProblem;
 use crate::table::Table;
-use crate::time::Clock;
+use crate::time::{Clock, Uniform};
 use crate::{LogError, Place, sha256_hex, source};
 
 /// Names that make a column the time, first come first served.
@@ -42,7 +43,10 @@ pub(super) fn read(path: &Path, selection: &Selection) -> Result<Imported, LogEr
                 row,
             };
             row.check_count()?;
-            let sample: Result<Vec<f64>, _> = columns.all().map(|c| row.number(c)).collect();
+            let sample: Result<Vec<f64>, _> = columns
+                .all()
+                .map(|c| row.sample(c, selection.missing))
+                .collect();
             table.push(sample?);
             if let Some(column) = time {
                 row.push_time(column, &mut clock)?;
@@ -61,22 +65,23 @@ pub(super) fn read(path: &Path, selection: &Selection) -> Result<Imported, LogEr
     let mut warnings = Vec::new();
     let mut start_time_s = None;
     let mut start_unix_ns = None;
-    let sample_time_s = match (selection.sample_time_s, &clock) {
-        (Some(given), _) => given,
+    let uniform = match (selection.sample_time_s, &clock) {
+        (Some(given), _) => Uniform::given(given),
         (None, Some(clock)) => {
             match clock {
                 Clock::Seconds(times) => start_time_s = times.first().copied(),
                 Clock::Nanoseconds(times) => start_unix_ns = times.first().copied(),
             }
-            clock.sample_time_s(path, |row| Place::Line(lines[row]))?
+            clock.uniform(path, selection.missing, |row| Place::Line(lines[row]))?
         }
         (None, None) => {
             warnings.push(Warning::TimeInSamples);
-            1.0
+            Uniform::given(1.0)
         }
     };
-    let start_time_s = start_time_s.unwrap_or(rows.start as f64 * sample_time_s);
-    let dataset = table.into_dataset(path, sample_time_s, start_time_s)?;
+    let start_time_s = start_time_s.unwrap_or(rows.start as f64 * uniform.sample_time_s);
+    warnings.extend(table.invalid_samples());
+    let dataset = table.into_dataset(path, uniform.sample_time_s, start_time_s)?;
     let sha256 = sha256_hex(&bytes);
     Ok(Imported {
         dataset,
@@ -84,6 +89,7 @@ pub(super) fn read(path: &Path, selection: &Selection) -> Result<Imported, LogEr
         warnings,
         total_rows,
         start_unix_ns,
+        gaps: uniform.gaps,
     })
 }
 
@@ -361,6 +367,16 @@ impl Cells<'_> {
             Err(_) => CellProblem::Text(cell.to_owned()),
         };
         Err(self.problem(column, problem))
+    }
+
+    /// The number of a cell; NaN where there is none and that may be.
+    fn sample(&self, column: usize, missing: Missing) -> Result<f64, LogError> {
+        let cell = self.cell(column);
+        let none = cell.is_empty() || cell.parse::<f64>().is_ok_and(f64::is_nan);
+        if none && missing == Missing::Break {
+            return Ok(f64::NAN);
+        }
+        self.number(column)
     }
 
     /// Appends the time of this row. The first row decides whether times are seconds or instants.

@@ -7,7 +7,8 @@ use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-use gt_core::{Dataset, Signal};
+use gt_core::{DataError, Dataset, Signal};
+use gtfdi::ident::Missing;
 
 use crate::{LogError, reader};
 
@@ -25,6 +26,7 @@ pub const DEFAULT_TOPIC: &str = "/plant/measured";
 /// | `sample_time_s` | from the times | overrides the times in the file |
 /// | `topic` | [`DEFAULT_TOPIC`] | the topic of an MCAP log |
 /// | `rows` | all | data rows `start..end`, 0-based, half open |
+/// | `missing` | refuse | what a cell without a number and a gap in time mean |
 ///
 /// A name that is a tag stands for that tag, whatever characters it has. A pattern gives its
 /// matches in the order of the file, without the time column and without tags that the same list
@@ -43,6 +45,9 @@ pub struct Selection {
     pub topic: Option<String>,
     /// The data rows; the others need not be valid.
     pub rows: Option<Range<usize>>,
+    /// With [`Missing::Break`] an empty cell of a CSV file, or one that is NaN, is a sample that is
+    /// NaN, and a longer step in time is a break of the record (see [`Imported::pieces`]).
+    pub missing: Missing,
 }
 
 impl Selection {
@@ -85,6 +90,45 @@ pub struct Imported {
     pub total_rows: usize,
     /// The time of the first sample in nanoseconds since 1970, where the file tells it.
     pub start_unix_ns: Option<i128>,
+    /// The samples before which time jumps; none unless breaks are allowed.
+    pub gaps: Vec<TimeGap>,
+}
+
+/// A sample that comes later than a sample time after the one before it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimeGap {
+    /// The sample, 0-based.
+    pub sample: usize,
+    /// Its time since the first sample, in seconds.
+    pub since_first_s: f64,
+}
+
+impl Imported {
+    /// The samples of `rows`, a record of its own from each gap in time on, at its own time.
+    ///
+    /// # Errors
+    /// As [`Dataset::rows`].
+    pub fn pieces(&self, rows: Range<usize>) -> Result<Vec<Dataset>, DataError> {
+        let start = |sample: usize| -> f64 {
+            let before = self.gaps.iter().rev().find(|gap| gap.sample <= sample);
+            let (first, since_first_s) =
+                before.map_or((0, 0.0), |gap| (gap.sample, gap.since_first_s));
+            let steps = (sample - first) as f64;
+            self.dataset.start_time_s() + since_first_s + steps * self.dataset.sample_time_s()
+        };
+        let inside = self.gaps.iter().map(|gap| gap.sample);
+        let inside = inside.filter(|sample| (rows.start + 1..rows.end).contains(sample));
+        let bounds: Vec<usize> = [rows.start]
+            .into_iter()
+            .chain(inside)
+            .chain([rows.end])
+            .collect();
+        let piece = |ends: &[usize]| {
+            let data = self.dataset.rows(ends[0]..ends[1])?;
+            Ok(data.starting_at(start(ends[0])))
+        };
+        bounds.windows(2).map(piece).collect()
+    }
 }
 
 /// What the user should know of a record that could be read.
@@ -148,7 +192,8 @@ impl Format {
 /// **CSV**: a header row of tags, then rows of cells; commas, or where the header has none,
 /// semicolons or tabs. Only the selected columns and the time column are read as numbers. The time
 /// column holds seconds or ISO 8601 times (without an offset they are taken as UTC), strictly
-/// increasing and uniform within [`UNIFORM_TOLERANCE`](crate::UNIFORM_TOLERANCE). A column that is
+/// increasing and uniform within [`UNIFORM_TOLERANCE`](crate::UNIFORM_TOLERANCE), but for gaps where
+/// [`Selection::missing`] allows them. A column that is
 /// selected as a signal is not taken for the time by its name alone.
 ///
 /// **MCAP**: the messages of one Protobuf topic in the order of their publish times (of their log

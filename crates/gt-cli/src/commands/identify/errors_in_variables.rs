@@ -1,15 +1,14 @@
 //! Errors-in-variables methods: noise on the inputs too.
 
-use std::path::Path;
-
 use gt_log::ModelKind;
-use gtfdi::core::Dataset;
 use gtfdi::ident::IdentError;
 use gtfdi::ident::eiv::{EivIdentification, EivMethod};
 use gtfdi::ident::frisch::CriterionKind;
 
+use super::orders::Orders;
+use super::records::Records;
 use super::structure::parse_order;
-use super::{Identified, Model, Orders};
+use super::{Identified, Model};
 use crate::cli::{Criterion, IdentifyArgs, Method};
 use crate::failure::Failure;
 
@@ -17,10 +16,15 @@ use crate::failure::Failure;
 pub fn identify(
     method: Method,
     args: &IdentifyArgs,
-    path: &Path,
-    train: &Dataset,
+    records: &Records,
 ) -> Result<Identified, Failure> {
-    refuse_structures(args)?;
+    let option = if method == Method::Frisch {
+        "--method frisch"
+    } else {
+        "--method eiv"
+    };
+    refuse_least_squares(args)?;
+    let train = Records::one(option, "training", &records.train)?;
     let order = args.order.as_deref().map(parse_order).transpose()?;
     let order = order.ok_or_else(|| Failure::missing("--order", "--order auto"))?;
     let (kind, method) = if method == Method::Frisch {
@@ -40,22 +44,31 @@ pub fn identify(
     }
     let found = wish.identify(train).map_err(|error| match error {
         IdentError::EivLag { .. } => Failure::input(error),
-        error => Failure::in_file(path, error),
+        error => records.refused(&error),
     })?;
     Ok(Identified {
         model: Model::Eiv(kind, found.model),
         orders: found.orders.map(Orders::Eiv),
+        constrained: None,
+        refined: None,
         warnings: found.remarks.iter().map(ToString::to_string).collect(),
     })
 }
 
-/// Refuses options that only another method has.
-fn refuse_structures(args: &IdentifyArgs) -> Result<(), Failure> {
+/// Options that only least squares has are refused.
+fn refuse_least_squares(args: &IdentifyArgs) -> Result<(), Failure> {
     let others = [
         ("--structure", args.structure.is_some()),
         ("--indices", args.indices.is_some()),
         ("--na", args.na.is_some()),
         ("--nb", args.nb.is_some()),
+        ("--centre", args.centre.is_some()),
+        ("--ridge", args.ridge.is_some()),
+        ("--equation-errors", args.equation_errors.is_some()),
+        ("--solver", args.solver.is_some()),
+        ("--stable", args.stable.is_some()),
+        ("--dc-gain", args.dc_gain.is_some()),
+        ("--refine", args.refine.is_some()),
     ];
     match others.into_iter().find(|(_, given)| *given) {
         None => Ok(()),

@@ -1,42 +1,42 @@
-//! `gtfdi identify`: a record to a model file.
+//! `gtfdi identify`: records to a model file.
 
+mod blocks;
+mod centre;
+mod constraints;
 mod errors_in_variables;
+mod hint;
+mod least_squares;
+mod orders;
+mod records;
+mod refinement;
 mod report;
 mod structure;
 
-use std::fmt::Display;
-use std::ops::Range;
-use std::path::{Path, PathBuf};
-
 use gt_log::{LogError, ModelFile, ModelKind, write_json};
 use gtfdi::core::Dataset;
-use gtfdi::ident::eiv::{EivModel, EivOrderTable};
-use gtfdi::ident::{Arx, ArxModel, OrderTable, validate};
-use serde::Serialize;
+use gtfdi::ident::constrained::ConstrainedRow;
+use gtfdi::ident::eiv::EivModel;
+use gtfdi::ident::output_error::RefinedOutput;
+use gtfdi::ident::{ArxModel, Start, ValidationOptions, validate_records};
 
-use self::report::{Report, noise_reports, noise_variances, output_reports, standard_errors, text};
-use self::structure::{Chosen, choose};
+use self::orders::{Orders, check_plot};
+use self::records::{Records, Source};
+use self::report::{Report, output_reports, standard_errors, text};
 use super::SCHEMA_VERSION;
+use super::noise::{noise_reports, noise_variances};
 use crate::Outcome;
 use crate::cli::{Criterion, GlobalArgs, IdentifyArgs, Method};
 use crate::config::layered;
 use crate::failure::Failure;
 use crate::output::{complain, print, print_json};
-use crate::record::{Read, check_out, read, selection};
 
 /// What a method found.
 struct Identified {
     model: Model,
     orders: Option<Orders>,
+    constrained: Option<Vec<ConstrainedRow>>,
+    refined: Option<Vec<RefinedOutput>>,
     warnings: Vec<String>,
-}
-
-/// What the orders were compared by.
-#[derive(Serialize)]
-#[serde(untagged)]
-enum Orders {
-    Arx(OrderTable),
-    Eiv(EivOrderTable),
 }
 
 /// A model of either kind.
@@ -61,74 +61,11 @@ impl Model {
         }
     }
 
-    fn file(&self, input_sha256: &str) -> Result<ModelFile, LogError> {
+    fn file(&self, input_sha256: Option<&str>) -> Result<ModelFile, LogError> {
         match self {
-            Self::Arx(model) => ModelFile::arx(model.clone(), Some(input_sha256)),
-            Self::Eiv(kind, model) => ModelFile::with_noise(*kind, model, Some(input_sha256)),
+            Self::Arx(model) => ModelFile::arx(model.clone(), input_sha256),
+            Self::Eiv(kind, model) => ModelFile::with_noise(*kind, model, input_sha256),
         }
-    }
-}
-
-/// Fits an ARX model.
-fn by_least_squares(
-    args: &IdentifyArgs,
-    path: &Path,
-    train: &Dataset,
-) -> Result<Identified, Failure> {
-    let Chosen {
-        structure,
-        orders,
-        warning,
-    } = choose(args, path, train)?;
-    let fitted = Arx::new(structure).fit(train);
-    Ok(Identified {
-        model: Model::Arx(fitted.map_err(|error| Failure::in_file(path, error))?),
-        orders: orders.map(Orders::Arx),
-        warnings: warning.into_iter().collect(),
-    })
-}
-
-/// The training and the validation rows, and the rows of the file that hold both: only those have
-/// to be readable.
-struct Blocks {
-    train: Option<Range<usize>>,
-    validate: Option<Range<usize>>,
-    window: Option<Range<usize>>,
-}
-
-impl Blocks {
-    fn of(args: &IdentifyArgs) -> Self {
-        let [train, validate] =
-            [&args.train, &args.validate].map(|rows| rows.as_ref().map(|rows| rows.0.clone()));
-        let window = match (&train, &validate) {
-            (Some(train), Some(validate)) => {
-                Some(train.start.min(validate.start)..train.end.max(validate.end))
-            }
-            (Some(train), None) => Some(train.clone()),
-            (None, _) => None,
-        };
-        Self {
-            train,
-            validate,
-            window,
-        }
-    }
-
-    /// The rows that the file has not, by the option that asks for them.
-    fn beyond(&self, path: &Path, total: usize) -> Option<Failure> {
-        [("--train", &self.train), ("--validate", &self.validate)]
-            .into_iter()
-            .filter_map(|(option, rows)| Some((option, rows.as_ref()?)))
-            .find(|(_, rows)| rows.end > total)
-            .map(|(option, rows)| {
-                let (start, end) = (rows.start, rows.end);
-                Failure::in_file(
-                    path,
-                    format!(
-                        "{option}: expected rows A:B with B at most {total}, found {start}:{end}"
-                    ),
-                )
-            })
     }
 }
 
@@ -141,59 +78,40 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
     let Some(args) = layered("identify", args, &defaults, global)? else {
         return Ok(Outcome::Done);
     };
-    let path: PathBuf = args
-        .data
-        .clone()
-        .ok_or_else(|| Failure::missing("DATA", "gtfdi identify run.csv"))?;
-    let inputs = args.inputs.clone().unwrap_or_default();
-    let outputs = args
-        .outputs
-        .clone()
-        .ok_or_else(|| Failure::missing("--outputs", "--outputs y"))?;
-    if let Some(out) = &args.out {
-        check_out(out, &[&path])?;
+    if let Some(path) = &args.plot {
+        check_plot(path, args.order.as_deref())?;
     }
-    let blocks = Blocks::of(&args);
-    let wanted = selection(inputs, outputs, &args.reading, blocks.window.clone());
-    let Read {
-        imported,
-        mut warnings,
-    } = read(&path, &wanted).map_err(|error| match error {
-        LogError::Rows { total, .. } => blocks
-            .beyond(&path, total)
-            .unwrap_or_else(|| Failure::input(error)),
-        error => Failure::input(error),
-    })?;
-    if let Some(failure) = blocks.beyond(&path, imported.total_rows) {
-        return Err(failure);
-    }
-    let data = &imported.dataset;
-    let shift = blocks.window.as_ref().map_or(0, |window| window.start);
-    let block = |rows: Option<Range<usize>>, default: Range<usize>| {
-        rows.map_or(default, |rows| rows.start - shift..rows.end - shift)
-    };
-    let train_rows = block(blocks.train, 0..data.len());
-    let validation_rows = block(blocks.validate, train_rows.clone());
-    let in_file = |error: &dyn Display| Failure::in_file(&path, error);
-    let rows = |rows: &Range<usize>| data.rows(rows.clone()).map_err(|error| in_file(&error));
-    let (train, validation) = (rows(&train_rows)?, rows(&validation_rows)?);
-
+    let mut records = Records::read(&args)?;
     let method = args.method.unwrap_or(Method::Arx);
-    let identified = fit(method, &args, &path, &train)?;
+    let identified = fit(method, &args, &records)?;
+    let mut warnings = std::mem::take(&mut records.warnings);
     for warning in identified.warnings {
-        complain(&format!("warning: {}: {warning}", path.display()));
+        complain(&format!("warning: {}: {warning}", records.name()));
         warnings.push(warning);
     }
     let model = identified.model.relation();
-    let scores = validate(model, &validation).map_err(|error| {
-        let rows = args.validate.as_ref().map_or_else(
-            || "the training rows".to_owned(),
-            |rows| format!("--validate {rows}"),
-        );
-        in_file(&format!("{rows}: {error}"))
-    })?;
+    // Noise on the first samples would ring through a run that takes them as they are.
+    let start = match identified.model {
+        Model::Arx(_) => Start::Measured,
+        Model::Eiv(..) => Start::Fitted,
+    };
+    let options = ValidationOptions {
+        origin: records.origin,
+        start,
+    };
+    let scores = validate_records(model, &records.validation(), options)
+        .map_err(|error| records.refused_validation(&error))?;
+    if let (Some(path), Some(orders)) = (&args.plot, &identified.orders) {
+        orders.plot(path)?;
+    }
+    // The file has room for one digest.
+    let only = match &records.sources[..] {
+        [only] => Some(only),
+        _ => None,
+    };
+    let input_sha256 = only.map(|source| source.input_sha256.as_str());
     if let Some(out) = &args.out {
-        let file = identified.model.file(&imported.sha256);
+        let file = identified.model.file(input_sha256);
         write_json(out, &file.map_err(Failure::failed)?).map_err(Failure::failed)?;
     }
     let spectral_radius = model
@@ -201,8 +119,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         .ok()
         .and_then(|ss| ss.spectral_radius().ok());
     let divergences = scores.outputs.iter().filter_map(|fit| fit.diverges_at_s);
-    let noise = identified.model.eiv().map(noise_reports);
-    let absolute = |rows: Range<usize>| [rows.start + shift, rows.end + shift];
+    let eiv = identified.model.eiv();
     let report = Report {
         schema_version: SCHEMA_VERSION,
         method,
@@ -211,38 +128,45 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         spectral_radius,
         stable: spectral_radius.map(|radius| radius < 1.0),
         diverges_at: divergences.reduce(f64::min),
-        train_rows: absolute(train_rows),
-        validation_rows: absolute(validation_rows),
+        train_rows: only.and_then(Source::train_rows),
+        validation_rows: records
+            .holdout
+            .as_ref()
+            .or(only)
+            .and_then(Source::validation_rows),
+        records: &records.sources,
+        holdout: records.holdout.as_ref(),
         outputs: output_reports(model, &scores),
         standard_errors: standard_errors(model),
-        noise_variances: identified.model.eiv().map(noise_variances),
-        noise,
+        residuals: scores.residuals.as_ref().filter(|_| eiv.is_none()),
+        constraints: identified.constrained.as_deref(),
+        refinement: identified.refined.as_deref(),
+        noise_variances: eiv.map(noise_variances),
+        noise: eiv.map(noise_reports),
         order_table: identified.orders.as_ref(),
-        input_sha256: &imported.sha256,
+        order_reason: identified.orders.as_ref().map(Orders::reason),
+        input_sha256,
         warnings,
+        plot: args.plot.as_deref(),
         out: args.out.as_deref(),
     };
     if global.json {
         print_json(&report)?;
     } else {
-        print(&text(&report, train.len()))?;
+        let validated = records.validation.iter().map(Dataset::len).sum();
+        print(&text(&report, records.samples(), validated))?;
     }
     Ok(Outcome::Done)
 }
 
 /// Fits the model by the method.
-fn fit(
-    method: Method,
-    args: &IdentifyArgs,
-    path: &Path,
-    train: &Dataset,
-) -> Result<Identified, Failure> {
+fn fit(method: Method, args: &IdentifyArgs, records: &Records) -> Result<Identified, Failure> {
     if method != Method::Frisch {
         refuse_criterion(args.criterion)?;
     }
     match method {
-        Method::Arx => by_least_squares(args, path, train),
-        Method::Frisch | Method::Eiv => errors_in_variables::identify(method, args, path, train),
+        Method::Arx => least_squares::identify(args, records),
+        Method::Frisch | Method::Eiv => errors_in_variables::identify(method, args, records),
     }
 }
 

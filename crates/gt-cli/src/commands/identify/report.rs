@@ -1,15 +1,21 @@
 //! What `gtfdi identify` says: one JSON object, or a table.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::path::Path;
 
-use gtfdi::ident::eiv::{EivModel, EivOrderTable};
-use gtfdi::ident::{ArxModel, ArxStructure, Channel, OrderTable, Validation};
+use gtfdi::ident::constrained::{ActiveConstraint, ConstrainedRow};
+use gtfdi::ident::output_error::RefinedOutput;
+use gtfdi::ident::{ArxModel, ArxStructure, ResidualVerdict, Validation};
 use serde::Serialize;
 
-use super::Orders;
+use super::orders::Orders;
+use super::records::Source;
 use crate::cli::Method;
-use crate::output::{number, table};
+use crate::commands::equation::{RegressionTerm, regressions};
+use crate::commands::finding::{residual_findings, residual_summary};
+use crate::commands::noise::{NoiseReport, noise_text};
+use crate::output::{free_run, number, table};
 
 /// The JSON object.
 #[derive(Serialize)]
@@ -23,18 +29,33 @@ pub struct Report<'a> {
     pub stable: Option<bool>,
     /// When the first free run diverges, in seconds.
     pub diverges_at: Option<f64>,
-    pub train_rows: [usize; 2],
-    pub validation_rows: [usize; 2],
+    /// Of the record, where there is one only.
+    pub train_rows: Option<[usize; 2]>,
+    /// Of the record or of the hold-out, where there is one only.
+    pub validation_rows: Option<[usize; 2]>,
+    /// The records of the fit.
+    pub records: &'a [Source],
+    pub holdout: Option<&'a Source>,
     pub outputs: Vec<OutputReport<'a>>,
     /// By output, in the order of its regression.
     pub standard_errors: Option<BTreeMap<&'a str, Vec<f64>>>,
+    /// Verdicts on the one-step errors; null where they were not tested, and for models with noise
+    /// on the inputs, which colours them.
+    pub residuals: Option<&'a ResidualVerdict>,
+    /// By output; null without constraints.
+    pub constraints: Option<&'a [ConstrainedRow]>,
+    /// By output; null without a refinement.
+    pub refinement: Option<&'a [RefinedOutput]>,
     /// By channel; null for methods that take the inputs as exact.
     pub noise_variances: Option<BTreeMap<&'a str, f64>>,
     /// The same with what is known of them, outputs first.
     pub noise: Option<Vec<NoiseReport<'a>>>,
     pub order_table: Option<&'a Orders>,
-    pub input_sha256: &'a str,
+    pub order_reason: Option<String>,
+    /// Of the record, where there is one only.
+    pub input_sha256: Option<&'a str>,
     pub warnings: Vec<String>,
+    pub plot: Option<&'a Path>,
     pub out: Option<&'a Path>,
 }
 
@@ -52,23 +73,6 @@ pub struct OutputReport<'a> {
     diverges_at_s: Option<f64>,
 }
 
-#[derive(Serialize)]
-struct RegressionTerm<'a> {
-    signal: &'a str,
-    lag: usize,
-    coefficient: f64,
-}
-
-/// The noise of a channel.
-#[derive(Serialize)]
-pub struct NoiseReport<'a> {
-    signal: &'a str,
-    variance: f64,
-    standard_error: Option<f64>,
-    identifiable: Option<bool>,
-    at_limit: bool,
-}
-
 /// The standard errors of the coefficients, by output.
 pub fn standard_errors(model: &ArxModel) -> Option<BTreeMap<&str, Vec<f64>>> {
     let names = model.outputs().iter().map(|signal| signal.name.as_str());
@@ -76,47 +80,14 @@ pub fn standard_errors(model: &ArxModel) -> Option<BTreeMap<&str, Vec<f64>>> {
     Some(names.zip(errors.iter().cloned()).collect())
 }
 
-/// The noise variances, by channel.
-pub fn noise_variances(model: &EivModel) -> BTreeMap<&str, f64> {
-    let noise = model.noise();
-    noise
-        .map(|(signal, noise)| (signal.name.as_str(), noise.variance))
-        .collect()
-}
-
-/// The noise of the channels of a model.
-pub fn noise_reports(model: &EivModel) -> Vec<NoiseReport<'_>> {
-    let channels = model.noise().map(|(signal, noise)| NoiseReport {
-        signal: &signal.name,
-        variance: noise.variance,
-        standard_error: noise.standard_error,
-        identifiable: noise.identifiable(),
-        at_limit: noise.at_limit,
-    });
-    channels.collect()
-}
-
 /// Every output's equation with its errors.
 pub fn output_reports<'a>(model: &'a ArxModel, scores: &'a Validation) -> Vec<OutputReport<'a>> {
-    let signal = |channel: &Channel| match channel {
-        Channel::Output(index) => model.outputs()[*index].name.as_str(),
-        Channel::Input(index) => model.inputs()[*index].name.as_str(),
-    };
-    model
-        .rows()
-        .iter()
+    regressions(model)
+        .into_iter()
         .zip(&scores.outputs)
-        .map(|(row, score)| OutputReport {
+        .map(|(regression, score)| OutputReport {
             name: &score.name,
-            regression: row
-                .terms
-                .iter()
-                .map(|term| RegressionTerm {
-                    signal: signal(&term.channel),
-                    lag: term.lag,
-                    coefficient: term.coefficient,
-                })
-                .collect(),
+            regression,
             fit_prediction_percent: score.fit_prediction_percent,
             fit_simulation_percent: score.fit_simulation_percent,
             ppcre_percent: score.ppcre_prediction_percent,
@@ -128,34 +99,60 @@ pub fn output_reports<'a>(model: &'a ArxModel, scores: &'a Validation) -> Vec<Ou
         .collect()
 }
 
-/// The table.
-pub fn text(report: &Report, train_rows: usize) -> String {
-    let mut text = format!(
-        "{} identified on {} rows, validated on rows {}:{}\n",
-        report.structure, train_rows, report.validation_rows[0], report.validation_rows[1]
-    );
-    match report.order_table {
-        Some(Orders::Arx(orders)) => text += &arx_orders(orders),
-        Some(Orders::Eiv(orders)) => text += &eiv_orders(orders),
-        None => {}
+/// The table. Writing to a string cannot fail.
+pub fn text(report: &Report, train_rows: usize, validation_rows: usize) -> String {
+    let mut text = format!("{} identified on {train_rows} rows", report.structure);
+    if report.records.len() > 1 {
+        let _ = write!(text, " of {} records", report.records.len());
     }
-    let rows: Vec<Vec<String>> = report
-        .outputs
+    let _ = match report.validation_rows {
+        Some([start, end]) => write!(text, ", validated on rows {start}:{end}"),
+        None => write!(text, ", validated on {validation_rows} rows"),
+    };
+    text += if report.holdout.is_some() {
+        " of the hold-out record\n"
+    } else {
+        "\n"
+    };
+    if let (Some(orders), Some(reason)) = (report.order_table, &report.order_reason) {
+        let _ = writeln!(text, "{}{reason}", orders.text());
+    }
+    text += &fits(&report.outputs);
+    if report.stable == Some(false) {
+        let radius = number(report.spectral_radius);
+        let _ = writeln!(
+            text,
+            "the model is not stable: its largest pole has modulus {radius}; --stable keeps poles \
+             inside the unit circle"
+        );
+    }
+    text += &residuals(report);
+    for row in report.constraints.into_iter().flatten() {
+        let _ = writeln!(text, "{}", constraint(row));
+    }
+    for output in report.refinement.into_iter().flatten() {
+        let _ = writeln!(text, "{}", refinement(output));
+    }
+    if let Some(noise) = &report.noise {
+        text += &noise_text(noise);
+    }
+    text
+}
+
+fn fits(outputs: &[OutputReport]) -> String {
+    let rows: Vec<Vec<String>> = outputs
         .iter()
         .map(|output| {
             vec![
                 output.name.to_owned(),
                 number(Some(output.fit_prediction_percent)),
-                output.diverges_at_s.map_or_else(
-                    || number(output.fit_simulation_percent),
-                    |time| format!("diverges at {} s", number(Some(time))),
-                ),
+                free_run(output.fit_simulation_percent, output.diverges_at_s),
                 number(Some(output.ppcre_percent)),
                 number(output.ppcre_simulation_percent),
             ]
         })
         .collect();
-    text.push_str(&table(
+    table(
         &[
             "output",
             "fit prediction %",
@@ -164,71 +161,66 @@ pub fn text(report: &Report, train_rows: usize) -> String {
             "simulation %",
         ],
         &rows,
-    ));
-    if let Some(noise) = &report.noise {
-        let rows: Vec<Vec<String>> = noise
-            .iter()
-            .map(|channel| {
-                vec![
-                    channel.signal.to_owned(),
-                    number(Some(channel.variance)),
-                    number(channel.standard_error),
-                    match channel.identifiable {
-                        Some(true) => "yes",
-                        Some(false) => "no",
-                        None => "-",
-                    }
-                    .to_owned(),
-                ]
-            })
-            .collect();
-        text.push_str(&table(
-            &[
-                "channel",
-                "noise variance",
-                "standard error",
-                "told by the record",
-            ],
-            &rows,
-        ));
+    )
+}
+
+/// What the residual tests say.
+fn residuals(report: &Report) -> String {
+    match report.residuals {
+        Some(verdict) => {
+            let mut text = format!("{}\n", residual_summary(verdict));
+            for finding in residual_findings(verdict) {
+                let _ = writeln!(text, "{}", finding.line());
+            }
+            text
+        }
+        None if report.noise.is_some() => {
+            "one-step errors not tested: the noise on the inputs colours them\n".to_owned()
+        }
+        None => "one-step errors not tested: too few rows, or rounding only\n".to_owned(),
     }
-    text
 }
 
-/// The criteria of ARX orders.
-fn arx_orders(orders: &OrderTable) -> String {
-    let rows = orders.rows.iter().map(|row| {
-        let criteria = [row.aic, row.mdl].map(|value| format!("{value:.1}"));
-        let errors = [row.fpe, row.ppcre_percent].map(|value| number(Some(value)));
-        order_cells(
-            row.order,
-            row.parameters,
-            criteria.into_iter().chain(errors),
-        )
-    });
-    let head = ["order", "parameters", "AIC", "MDL", "FPE", "PPCRE %"];
-    let table = table(&head, &rows.collect::<Vec<_>>());
-    format!("{table}chosen by MDL: order {}\n", orders.best_mdl())
+/// What the constraints cost an output.
+fn constraint(row: &ConstrainedRow) -> String {
+    let output = &row.output;
+    let radii = format!(
+        "largest pole {}, {} without",
+        number(Some(row.radius)),
+        number(Some(row.least_squares_radius))
+    );
+    if row.active.is_empty() {
+        return format!("`{output}`: no constraint binds; {radii}");
+    }
+    let mut binding: Vec<String> = Vec::new();
+    for active in &row.active {
+        let name = match active {
+            ActiveConstraint::Stability { .. } => "stability".to_owned(),
+            ActiveConstraint::DcGain { input } => format!("the gain of `{input}`"),
+        };
+        if !binding.contains(&name) {
+            binding.push(name);
+        }
+    }
+    format!(
+        "`{output}`: {} binds; squared errors {} times those of least squares; {radii}",
+        binding.join(" and "),
+        number(Some(row.cost_ratio))
+    )
 }
 
-/// The criteria of errors-in-variables orders.
-fn eiv_orders(orders: &EivOrderTable) -> String {
-    let rows = orders.rows.iter().map(|row| {
-        let criteria = [row.aic, row.bic].map(|value| format!("{value:.1}"));
-        order_cells(row.order, row.parameters, criteria.into_iter())
-    });
-    let head = ["order", "parameters", "AIC", "BIC"];
-    let table = table(&head, &rows.collect::<Vec<_>>());
-    let best = orders.best_bic();
-    format!("{table}chosen by the likelihood's BIC: order {best}\n")
-}
-
-/// A row of a table of orders.
-fn order_cells(
-    order: usize,
-    parameters: usize,
-    criteria: impl Iterator<Item = String>,
-) -> Vec<String> {
-    let counts = [order, parameters].map(|count| count.to_string());
-    counts.into_iter().chain(criteria).collect()
+/// What came of the refinement of an output.
+fn refinement(output: &RefinedOutput) -> String {
+    let verdict = if output.accepted {
+        "refinement accepted"
+    } else {
+        "refinement not accepted, the model stays as it was"
+    };
+    let error = |value: Option<f64>| value.map_or("divergent".to_owned(), |v| number(Some(v)));
+    format!(
+        "`{}`: {verdict}: free-run error on the validation rows {} before, {} after",
+        output.output,
+        error(output.hold_out_before),
+        error(output.hold_out_after)
+    )
 }

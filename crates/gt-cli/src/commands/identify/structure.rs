@@ -1,10 +1,9 @@
 //! The options of `gtfdi identify` that describe the model's structure.
 
-use std::path::Path;
-
 use gtfdi::core::Dataset;
 use gtfdi::ident::{ArxStructure, IdentError, OrderChoice, OrderKind, OrderTable};
 
+use super::records::Records;
 use crate::cli::{IdentifyArgs, Structure};
 use crate::failure::Failure;
 
@@ -39,7 +38,7 @@ pub fn parse_order(text: &str) -> Result<OrderChoice, Failure> {
 pub struct Chosen {
     pub structure: ArxStructure,
     pub orders: Option<OrderTable>,
-    pub warning: Option<String>,
+    pub warnings: Vec<String>,
 }
 
 impl From<ArxStructure> for Chosen {
@@ -47,23 +46,31 @@ impl From<ArxStructure> for Chosen {
         Self {
             structure,
             orders: None,
-            warning: None,
+            warnings: Vec::new(),
         }
     }
 }
 
-/// The structure that the options ask for; orders are compared on `train`, the rows of `path`.
-pub fn choose(args: &IdentifyArgs, path: &Path, train: &Dataset) -> Result<Chosen, Failure> {
-    let outputs = train.ny();
+/// The structure that the options ask for, `default` where they name none; orders are compared on
+/// the longest record.
+pub fn choose(
+    args: &IdentifyArgs,
+    default: Option<Structure>,
+    records: &Records,
+) -> Result<Chosen, Failure> {
+    let outputs = records.longest().map_or(0, Dataset::ny);
     let nk = args.nk.clone().unwrap_or_else(|| vec![1]);
     let lags = args.na.is_some() || args.nb.is_some();
     let order = args.order.as_deref().map(parse_order).transpose()?;
     let canonical_by_default = args.indices.is_some() || order.is_some() && outputs > 1;
-    let structure = args.structure.unwrap_or(if canonical_by_default {
-        Structure::Canonical
-    } else {
-        Structure::Full
-    });
+    let structure = args
+        .structure
+        .or(default)
+        .unwrap_or(if canonical_by_default {
+            Structure::Canonical
+        } else {
+            Structure::Full
+        });
     let kind = match structure {
         Structure::Canonical if lags => {
             return Err(Failure::input(
@@ -82,7 +89,7 @@ pub fn choose(args: &IdentifyArgs, path: &Path, train: &Dataset) -> Result<Chose
         Structure::Full => OrderKind::Full { nk: nk.clone() },
     };
     match (order, structure) {
-        (Some(order), _) => by_order(&order, &kind, path, train),
+        (Some(order), _) => by_order(&order, &kind, records),
         (None, Structure::Canonical) => canonical(args, &kind),
         (None, Structure::Full | Structure::Diag) => {
             let (na, nb) = match (args.na, args.nb.clone()) {
@@ -129,29 +136,35 @@ fn canonical(args: &IdentifyArgs, kind: &OrderKind) -> Result<Chosen, Failure> {
     }
 }
 
-fn by_order(
-    order: &OrderChoice,
-    kind: &OrderKind,
-    path: &Path,
-    train: &Dataset,
-) -> Result<Chosen, Failure> {
-    let chosen = kind.choose(train, order).map_err(|error| match error {
+fn by_order(order: &OrderChoice, kind: &OrderKind, records: &Records) -> Result<Chosen, Failure> {
+    let Some(longest) = records.longest() else {
+        return Err(records.refused(&IdentError::NoRecords));
+    };
+    let chosen = kind.choose(longest, order).map_err(|error| match error {
         IdentError::OrderTooSmall { order, outputs } => Failure::input(format!(
             "--order: expected at least {outputs}, one for each output, found {order}"
         )),
-        error => Failure::in_file(path, error),
+        error => records.refused(&error),
     })?;
-    let warning = chosen.shortened.map(|orders| {
+    let mut warnings = Vec::new();
+    if let Some(orders) = chosen.shortened {
         let (low, high) = (orders.start(), orders.end());
-        format!(
+        warnings.push(format!(
             "{} rows bear no order above {high}: --order auto looked at {low}..{high}",
-            train.len()
-        )
-    });
+            longest.len()
+        ));
+    }
+    if chosen.orders.is_some() && records.train.len() > 1 {
+        warnings.push(format!(
+            "orders are compared on the longest of {} records without a break, {} rows",
+            records.train.len(),
+            longest.len()
+        ));
+    }
     Ok(Chosen {
         structure: chosen.structure,
         orders: chosen.orders,
-        warning,
+        warnings,
     })
 }
 

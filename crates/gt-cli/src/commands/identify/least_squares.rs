@@ -1,0 +1,77 @@
+//! Least squares: the inputs are exact.
+
+use gtfdi::ident::{Arx, ArxModel, ArxStructure, EquationErrors, IdentError, Solver};
+
+use super::centre::centre;
+use super::constraints::Constraints;
+use super::orders::Orders;
+use super::records::Records;
+use super::refinement::refine;
+use super::structure::{Chosen, choose};
+use super::{Identified, Model};
+use crate::cli::{ErrorModel, IdentifyArgs, LeastSquaresSolver, Structure};
+use crate::failure::Failure;
+
+/// Fits an ARX model, and refines it where that is asked for.
+pub fn identify(args: &IdentifyArgs, records: &Records) -> Result<Identified, Failure> {
+    let constraints = Constraints::of(args)?;
+    // Both take the lags of the own output only.
+    let diagonal = constraints.is_some() || args.refine.is_some();
+    let Chosen {
+        structure,
+        orders,
+        warnings,
+    } = choose(args, diagonal.then_some(Structure::Diag), records)?;
+    let (model, constrained) = match &constraints {
+        Some(constraints) => {
+            let fit = constraints.fit(structure, records)?;
+            (fit.model, Some(fit.rows))
+        }
+        None => (plain(args, structure, records)?, None),
+    };
+    let (model, refined) = match args.refine {
+        Some(_) => {
+            let refined = refine(&model, args, records)?;
+            (refined.model, Some(refined.outputs))
+        }
+        None => (model, None),
+    };
+    Ok(Identified {
+        model: Model::Arx(model),
+        orders: orders.map(Orders::Arx),
+        constrained,
+        refined,
+        warnings,
+    })
+}
+
+/// Fits to all records without constraints.
+fn plain(
+    args: &IdentifyArgs,
+    structure: ArxStructure,
+    records: &Records,
+) -> Result<ArxModel, Failure> {
+    let mut arx = Arx::new(structure);
+    if let (Some(text), Some(data)) = (&args.centre, records.longest()) {
+        arx = arx.centre(centre(text, data.inputs(), data.outputs())?);
+    }
+    if let Some(ridge) = args.ridge {
+        arx = arx.ridge(ridge);
+    }
+    if args.equation_errors == Some(ErrorModel::Correlated) {
+        arx = arx.equation_errors(EquationErrors::Correlated);
+    }
+    if args.solver == Some(LeastSquaresSolver::Automatic) {
+        arx = arx.solver(Solver::Automatic);
+    }
+    arx.fit_records(&records.train())
+        .map_err(|error| match error {
+            IdentError::Ridge { found } => Failure::input(format!(
+                "--ridge: expected a finite number of at least 0, found {found}"
+            )),
+            IdentError::JointRidge { found } => Failure::input(format!(
+                "--ridge: expected 0 with --equation-errors correlated, found {found}"
+            )),
+            error => records.refused(&error),
+        })
+}

@@ -1,0 +1,199 @@
+//! The comparison of orders: a table, a reason and a chart.
+
+use std::path::Path;
+
+use gt_campaign::report::chart::{Chart, Mark, Series};
+use gt_log::write_atomically;
+use gtfdi::ident::eiv::EivOrderTable;
+use gtfdi::ident::{CONDITION_LIMIT, OrderTable};
+use serde::Serialize;
+
+use crate::failure::Failure;
+use crate::output::{number, table};
+
+/// What the orders were compared by.
+#[derive(Serialize)]
+#[serde(untagged)]
+pub enum Orders {
+    Arx(OrderTable),
+    Eiv(EivOrderTable),
+}
+
+/// The criterion that chooses at one order, and the more generous one beside it.
+struct Point {
+    order: usize,
+    chooses: f64,
+    generous: f64,
+    usable: bool,
+}
+
+impl Orders {
+    /// The order that is taken.
+    fn best(&self) -> usize {
+        match self {
+            Self::Arx(orders) => orders.best_mdl(),
+            Self::Eiv(orders) => orders.best_bic(),
+        }
+    }
+
+    /// The criterion that chooses, as sentences and legends have it.
+    fn criterion(&self) -> [&'static str; 2] {
+        match self {
+            Self::Arx(_) => ["MDL", "MDL"],
+            Self::Eiv(_) => ["the likelihood's BIC", "BIC"],
+        }
+    }
+
+    fn points(&self) -> Vec<Point> {
+        match self {
+            Self::Arx(orders) => {
+                let rows = orders.rows.iter();
+                rows.map(|row| Point {
+                    order: row.order,
+                    chooses: row.mdl,
+                    generous: row.aic,
+                    usable: row.condition <= CONDITION_LIMIT,
+                })
+                .collect()
+            }
+            Self::Eiv(orders) => {
+                let rows = orders.rows.iter();
+                rows.map(|row| Point {
+                    order: row.order,
+                    chooses: row.bic,
+                    generous: row.aic,
+                    usable: true,
+                })
+                .collect()
+            }
+        }
+    }
+
+    /// Why the order was taken, in a sentence.
+    pub fn reason(&self) -> String {
+        let best = self.best();
+        let points = self.points();
+        let value = points.iter().find(|point| point.order == best);
+        let others = points
+            .iter()
+            .filter(|point| point.usable && point.order != best);
+        let next = others.min_by(|a, b| a.chooses.total_cmp(&b.chooses));
+        let [criterion, _] = self.criterion();
+        let margin = match (value, next) {
+            (Some(value), Some(next)) if (next.chooses - value.chooses).is_finite() => format!(
+                "{:.1} below order {}, the next best",
+                next.chooses - value.chooses,
+                next.order
+            ),
+            (_, Some(next)) => format!("beside order {} without a finite difference", next.order),
+            (_, None) => "the only one that can be fitted".to_owned(),
+        };
+        let others = match self {
+            Self::Arx(orders) => format!(
+                "AIC would take order {}, FPE order {}",
+                orders.best_aic(),
+                orders.best_fpe()
+            ),
+            Self::Eiv(orders) => format!("AIC would take order {}", orders.best_aic()),
+        };
+        format!("chosen by {criterion}: order {best}, {margin}; {others}")
+    }
+
+    /// The criteria as a table.
+    pub fn text(&self) -> String {
+        let (head, rows): (&[&str], Vec<_>) = match self {
+            Self::Arx(orders) => (
+                &["order", "parameters", "AIC", "MDL", "FPE", "PPCRE %"],
+                arx_rows(orders),
+            ),
+            Self::Eiv(orders) => (&["order", "parameters", "AIC", "BIC"], eiv_rows(orders)),
+        };
+        table(head, &rows)
+    }
+
+    /// Writes the criteria as a chart.
+    pub fn plot(&self, path: &Path) -> Result<(), Failure> {
+        let [criterion, legend] = self.criterion();
+        let points: Vec<Point> = self.points();
+        let series = |label: &str, value: fn(&Point) -> f64, dashed: bool| Series {
+            label: label.to_owned(),
+            // An order that cannot be fitted is a gap.
+            values: points
+                .iter()
+                .map(|point| if point.usable { value(point) } else { f64::NAN })
+                .collect(),
+            dashed,
+        };
+        let chart = Chart {
+            id: "orders".to_owned(),
+            title: format!("Order {} chosen by {criterion}", self.best()),
+            x_label: "order".to_owned(),
+            y_label: "criterion".to_owned(),
+            x: points.iter().map(|point| point.order as f64).collect(),
+            series: vec![
+                series(legend, |point| point.chooses, false),
+                series("AIC", |point| point.generous, true),
+            ],
+            limits: Vec::new(),
+            marks: vec![Mark {
+                at: self.best() as f64,
+                label: format!("order {}", self.best()),
+            }],
+        };
+        write_atomically(path, chart.stand_alone().as_bytes()).map_err(Failure::failed)
+    }
+}
+
+/// Refuses `--plot` where there will be nothing to draw.
+pub fn check_plot(path: &Path, orders: Option<&str>) -> Result<(), Failure> {
+    let is_svg = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
+    if !is_svg {
+        return Err(Failure::input(format!(
+            "--plot: expected a file that ends in .svg, found {}",
+            path.display()
+        )));
+    }
+    match orders {
+        Some(orders) if orders.parse::<usize>().is_err() => Ok(()),
+        found => Err(Failure::input(format!(
+            "--plot: expected orders to compare, --order auto or a range such as 1..12, found {}",
+            found.map_or_else(
+                || "no --order".to_owned(),
+                |order| format!("--order {order}")
+            )
+        ))),
+    }
+}
+
+fn arx_rows(orders: &OrderTable) -> Vec<Vec<String>> {
+    let rows = orders.rows.iter().map(|row| {
+        let criteria = [row.aic, row.mdl].map(|value| format!("{value:.1}"));
+        let errors = [row.fpe, row.ppcre_percent].map(|value| number(Some(value)));
+        order_cells(
+            row.order,
+            row.parameters,
+            criteria.into_iter().chain(errors),
+        )
+    });
+    rows.collect()
+}
+
+fn eiv_rows(orders: &EivOrderTable) -> Vec<Vec<String>> {
+    let rows = orders.rows.iter().map(|row| {
+        let criteria = [row.aic, row.bic].map(|value| format!("{value:.1}"));
+        order_cells(row.order, row.parameters, criteria.into_iter())
+    });
+    rows.collect()
+}
+
+/// A row of a table of orders.
+fn order_cells(
+    order: usize,
+    parameters: usize,
+    criteria: impl Iterator<Item = String>,
+) -> Vec<String> {
+    let counts = [order, parameters].map(|count| count.to_string());
+    counts.into_iter().chain(criteria).collect()
+}
