@@ -133,7 +133,7 @@ fn remarks_say_what_a_user_should_know() {
         ),
         (
             noise(None, false),
-            "the record does not tell the noise of `u`: variance 2.500e-1, no standard error",
+            "the record does not tell the noise of `u`: variance 2.500e-1, its standard error is without bound",
         ),
     ] {
         assert_eq!(remark.to_string(), text);
