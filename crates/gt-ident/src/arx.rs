@@ -31,7 +31,7 @@ const REFINEMENT_PRODUCTS: usize = 256;
 /// | `missing` | refuse | whether NaN breaks a record |
 /// | `ridge` | 0 | weight of the penalty on scaled coefficients |
 /// | `equation_errors` | uncorrelated | whether rows are estimated together |
-/// | `solver` | automatic | how the least-squares problem may be solved |
+/// | `solver` | `Qr` | how the least-squares problem may be solved |
 #[derive(Debug, Clone, PartialEq)]
 pub struct Arx {
     structure: ArxStructure,
