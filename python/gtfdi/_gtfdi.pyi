@@ -861,6 +861,7 @@ def eiv(
     nk: _Numbers = 1,
     autoregression_order: int | None = None,
     frequencies: int | None = None,
+    pole_prior: float = 0.0,
     sample_time_s: float | None = None,
     inputs: _Names | None = None,
     outputs: _Names | None = None,

@@ -300,6 +300,12 @@ def test_refusals(record):
     refused(ValueError, "zero", order=2, autoregression_order=0)
     refused(
         gtfdi.IdentError,
+        "^option pole_prior: expected a finite number of at least 0, found -1$",
+        order=2,
+        pole_prior=-1.0,
+    )
+    refused(
+        gtfdi.IdentError,
         "^samples: expected at least 123 for the autoregression, found 100$",
         data=record[:100],
         order=20,

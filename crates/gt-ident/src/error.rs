@@ -341,6 +341,12 @@ pub enum IdentError {
         /// The weight found.
         found: f64,
     },
+    /// The weight of a prior on poles is negative or not finite.
+    #[error("option pole_prior: expected a finite number of at least 0, found {found}")]
+    PolePrior {
+        /// The weight found.
+        found: f64,
+    },
     /// A ridge has no meaning for rows that are estimated together.
     #[error("option ridge: expected 0 with correlated equation errors, found {found}")]
     JointRidge {

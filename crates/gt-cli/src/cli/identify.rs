@@ -128,6 +128,15 @@ pub struct IdentifyArgs {
     /// Criterion of the Frisch scheme [default: yule-walker]
     #[arg(long, env = "GTFDI_CRITERION", value_enum)]
     pub criterion: Option<Criterion>,
+    /// Weight of a prior that keeps needless poles of --method eiv off the unit circle: 1 costs next
+    /// to nothing, 10 holds those of far too high an order [default: 0]
+    #[arg(
+        long,
+        env = "GTFDI_POLE_PRIOR",
+        value_name = "WEIGHT",
+        allow_negative_numbers = true
+    )]
+    pub pole_prior: Option<f64>,
     /// Structure [default: full; canonical where --indices, or --order with several outputs]
     #[arg(long, env = "GTFDI_STRUCTURE", value_enum)]
     pub structure: Option<Structure>,

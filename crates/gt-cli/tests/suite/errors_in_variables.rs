@@ -143,6 +143,14 @@ fn options_of_the_other_method_are_refused() {
     let criterion = "--criterion: expected with --method frisch only";
     with("eiv", &["--order", "2", "--criterion", "shift"], criterion);
     with("arx", &["--order", "2", "--criterion", "shift"], criterion);
+    let prior = "--pole-prior: expected with --method eiv only";
+    with("frisch", &["--order", "2", "--pole-prior", "1"], prior);
+    with("arx", &["--order", "2", "--pole-prior", "1"], prior);
+    with(
+        "eiv",
+        &["--order", "2", "--pole-prior", "-1"],
+        "--pole-prior: expected a finite number of at least 0, found -1",
+    );
     with(
         "eiv",
         &["--order", "2", "--nk", "3"],

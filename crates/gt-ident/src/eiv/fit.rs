@@ -67,15 +67,10 @@ impl Eiv {
     /// order off the circle, but is felt on a slow plant in strong noise (1.6 bounds). It is no
     /// default: on a short record it takes a side where the record takes none, and a variance that is
     /// not told (S2 at 10 dB, N = 200) passes for one that is. The better cure is the order that
-    /// [`super::eiv_order_table`] finds. Deviations are those without the prior. A weight that is
-    /// negative or not finite counts as 0.
+    /// [`super::eiv_order_table`] finds. Deviations are those without the prior.
     #[must_use]
     pub fn pole_prior(mut self, weight: f64) -> Self {
-        self.pole_prior = if weight.is_finite() {
-            weight.max(0.0)
-        } else {
-            0.0
-        };
+        self.pole_prior = weight;
         self
     }
 
@@ -94,7 +89,7 @@ impl Eiv {
     /// # Errors
     /// [`IdentError::NoOutputs`], [`IdentError::NoInputs`] or [`IdentError::Dimension`] for a
     /// structure that does not fit the record; [`IdentError::EivTooFewSamples`];
-    /// [`IdentError::Data`] for a sample that is not finite; [`IdentError::ConstantChannel`];
+    /// [`IdentError::PolePrior`]; [`IdentError::Data`] for a sample that is not finite; [`IdentError::ConstantChannel`];
     /// [`IdentError::EivScale`] for a channel whose deviation over- or underflows;
     /// [`IdentError::EivDetermined`] for a channel without noise of its own;
     /// [`IdentError::EivStartLags`], [`IdentError::EivStartValue`] or [`IdentError::Dimension`]
@@ -107,6 +102,10 @@ impl Eiv {
             return Err(IdentError::NoInputs);
         }
         Record::check(data, self.lags.len(), first.inputs())?;
+        let found = self.pole_prior;
+        if !(found >= 0.0 && found.is_finite()) {
+            return Err(IdentError::PolePrior { found });
+        }
         // Before anything of the size of the order is allocated.
         let channels = data.ny() + data.nu();
         let longest = self.lags.iter().map(EivLags::order).max().unwrap_or(0);

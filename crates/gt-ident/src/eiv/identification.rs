@@ -12,7 +12,7 @@ use crate::{IdentError, OrderChoice};
 const AUTOMATIC_ORDERS: RangeInclusive<usize> = 1..=6;
 
 /// How the noise is told from the relation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum EivMethod {
     /// By maximum likelihood, [`Eiv`].
     Likelihood {
@@ -20,6 +20,8 @@ pub enum EivMethod {
         autoregression_order: Option<usize>,
         /// Points of the likelihood, where they are not [`Eiv`]'s own.
         frequencies: Option<usize>,
+        /// Weight of the prior on the poles, see [`Eiv::pole_prior`].
+        pole_prior: f64,
     },
     /// By the Frisch scheme, [`Frisch::fit_shared`].
     Frisch(CriterionKind),
@@ -31,6 +33,7 @@ impl Default for EivMethod {
         Self::Likelihood {
             autoregression_order: None,
             frequencies: None,
+            pole_prior: 0.0,
         }
     }
 }
@@ -42,7 +45,7 @@ impl Default for EivMethod {
 /// | `order` | none | order of every output's relation | `1..` |
 /// | `nk` | 1 | smallest lag of an input; one entry for all inputs or one per input | at most the order |
 /// | `method` | maximum likelihood | how the noise is told from the relation | [`EivMethod`] |
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct EivIdentification {
     order: OrderChoice,
     nk: Vec<usize>,
@@ -66,7 +69,7 @@ impl EivIdentification {
     /// Orders are compared by the BIC of the likelihood ([`eiv_order_table`]), whatever the method;
     /// an automatic choice looks at 1 to 6, without those that the record is too short for or that an
     /// input's smallest lag exceeds (at least at one). The table of orders has the autoregression and
-    /// the frequencies of its own; those of [`EivMethod::Likelihood`] are for the last fit.
+    /// the frequencies of its own, and no prior; those of [`EivMethod::Likelihood`] are for the last fit.
     pub fn new(order: OrderChoice) -> Self {
         Self {
             order,
@@ -121,8 +124,9 @@ impl EivIdentification {
             EivMethod::Likelihood {
                 autoregression_order,
                 frequencies,
+                pole_prior,
             } => {
-                let mut eiv = Eiv::new(vec![lags; data.ny()]);
+                let mut eiv = Eiv::new(vec![lags; data.ny()]).pole_prior(pole_prior);
                 if let Some(order) = autoregression_order {
                     eiv = eiv.autoregression_order(order);
                 }

@@ -36,7 +36,12 @@ pub fn identify(
         };
         (ModelKind::Frisch, EivMethod::Frisch(criterion))
     } else {
-        (ModelKind::Eiv, EivMethod::default())
+        let method = EivMethod::Likelihood {
+            autoregression_order: None,
+            frequencies: None,
+            pole_prior: args.pole_prior.unwrap_or(0.0),
+        };
+        (ModelKind::Eiv, method)
     };
     let mut wish = EivIdentification::new(order).method(method);
     if let Some(nk) = &args.nk {
@@ -44,6 +49,9 @@ pub fn identify(
     }
     let found = wish.identify(train).map_err(|error| match error {
         IdentError::EivLag { .. } => Failure::input(error),
+        IdentError::PolePrior { found } => Failure::input(format!(
+            "--pole-prior: expected a finite number of at least 0, found {found}"
+        )),
         error => records.refused(&error),
     })?;
     Ok(Identified {

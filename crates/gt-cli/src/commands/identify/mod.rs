@@ -25,7 +25,7 @@ use self::report::{Report, output_reports, standard_errors, text};
 use super::SCHEMA_VERSION;
 use super::noise::{noise_reports, noise_variances};
 use crate::Outcome;
-use crate::cli::{Criterion, GlobalArgs, IdentifyArgs, Method};
+use crate::cli::{GlobalArgs, IdentifyArgs, Method};
 use crate::config::layered;
 use crate::failure::Failure;
 use crate::output::{complain, print, print_json};
@@ -161,21 +161,23 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
 
 /// Fits the model by the method.
 fn fit(method: Method, args: &IdentifyArgs, records: &Records) -> Result<Identified, Failure> {
-    if method != Method::Frisch {
-        refuse_criterion(args.criterion)?;
-    }
+    refuse_options_of_others(method, args)?;
     match method {
         Method::Arx => least_squares::identify(args, records),
         Method::Frisch | Method::Eiv => errors_in_variables::identify(method, args, records),
     }
 }
 
-/// A criterion chooses a point of the Frisch scheme and nothing else.
-fn refuse_criterion(criterion: Option<Criterion>) -> Result<(), Failure> {
-    match criterion {
-        None => Ok(()),
-        Some(_) => Err(Failure::input(
-            "--criterion: expected with --method frisch only, found another method",
-        )),
-    }
+/// A criterion chooses a point of the Frisch scheme, a prior belongs to the likelihood.
+fn refuse_options_of_others(method: Method, args: &IdentifyArgs) -> Result<(), Failure> {
+    let criterion = args.criterion.is_some() && method != Method::Frisch;
+    let prior = args.pole_prior.is_some() && method != Method::Eiv;
+    let (option, own) = match (criterion, prior) {
+        (true, _) => ("--criterion", "frisch"),
+        (false, true) => ("--pole-prior", "eiv"),
+        (false, false) => return Ok(()),
+    };
+    Err(Failure::input(format!(
+        "{option}: expected with --method {own} only, found another method"
+    )))
 }

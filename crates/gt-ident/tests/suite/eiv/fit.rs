@@ -212,8 +212,13 @@ fn a_prior_on_the_poles_trades_likelihood_for_damping() {
             |fit: &gt_ident::eiv::EivEstimate| fit.criterion + 10.0 / 1000.0 * needless(fit);
         // The descent stops within 1e-12 of f.
         assert!(objective(&damped) < objective(&plain) + 1e-9, "{run}");
-        let again = Eiv::new(lags.clone()).pole_prior(f64::NAN).fit(&data);
-        assert_eq!(again.unwrap(), plain);
+    }
+    for found in [-1.0, f64::INFINITY] {
+        let refused = Eiv::new(lags.clone()).pole_prior(found);
+        assert_eq!(
+            refused.fit(&system.record(1000, 47, 0)).unwrap_err(),
+            gt_ident::IdentError::PolePrior { found }
+        );
     }
 }
 

@@ -28,9 +28,11 @@ fn a_given_order_is_the_fit_of_its_lags() {
     let options = EivMethod::Likelihood {
         autoregression_order: Some(20),
         frequencies: Some(100),
+        pole_prior: 10.0,
     };
     let eiv = Eiv::new(vec![lags(&[1, 1])]);
-    let eiv = eiv.autoregression_order(20).frequencies(100).fit(&data);
+    let eiv = eiv.autoregression_order(20).frequencies(100);
+    let eiv = eiv.pole_prior(10.0).fit(&data);
     assert_eq!(
         fit(given().method(options)).model,
         eiv.unwrap().model(&data).unwrap()
