@@ -78,6 +78,23 @@ def test_select_takes_channels_from_either_side():
         record().select(["z"], ["q"])
 
 
+def test_a_trend_goes_and_comes_back():
+    data = record()
+    trend = data.trend()
+    # Every channel climbs by 2 (inputs) or 3 (outputs) a sample of 0.5 s; small whole numbers.
+    assert trend.u_slope_per_s == [4.0, 4.0]
+    assert trend.y_slope_per_s == [6.0, 6.0, 6.0]
+    assert trend.centre_time_s == 3.25
+    flat = data.detrended(trend)
+    assert np.array_equal(flat.y, np.tile(data.y.mean(axis=0), (6, 1)))
+    assert np.array_equal(flat.retrended(trend).u, data.u)
+    assert pickle.loads(pickle.dumps(trend)) == trend
+    assert trend == gtfdi.Trend([4.0, 4.0], [6.0, 6.0, 6.0], 3.25)
+    refused = "^output slopes of the trend: expected 3, found 1$"
+    with pytest.raises(gtfdi.DimensionError, match=refused):
+        data.detrended(gtfdi.Trend([0.0, 0.0], [0.0], 0.0))
+
+
 def test_pickle_keeps_everything():
     data = record()
     copy = pickle.loads(pickle.dumps(data))

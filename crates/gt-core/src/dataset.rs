@@ -226,4 +226,13 @@ impl Dataset {
         }
         Ok(shifted)
     }
+
+    /// The record with other samples, of the same numbers.
+    pub(crate) fn with_samples(&self, u: DMatrix<f64>, y: DMatrix<f64>) -> Self {
+        Self {
+            u,
+            y,
+            ..self.clone()
+        }
+    }
 }

@@ -14,9 +14,11 @@ mod operating_point;
 pub mod qp;
 mod signal;
 mod state_space;
+mod trend;
 
 pub use dataset::Dataset;
 pub use error::{DataError, DimensionError, ModelError};
 pub use operating_point::OperatingPoint;
 pub use signal::{Signal, index_of};
 pub use state_space::StateSpace;
+pub use trend::Trend;

@@ -11,6 +11,7 @@ use pyo3::types::{PySlice, PyTuple, PyType};
 
 use crate::array::{samples, samples_out};
 use crate::error::Failure;
+use crate::trend::PyTrend;
 use crate::warning::warn;
 
 /// A name, or a list of names.
@@ -176,6 +177,23 @@ impl PyDataset {
     fn select(&self, inputs: Names, outputs: Names) -> Result<Self, Failure> {
         let (inputs, outputs): (Vec<String>, Vec<String>) = (inputs.into(), outputs.into());
         Ok(Self::new(Arc::new(self.inner.select(&inputs, &outputs)?)))
+    }
+
+    /// The lines in time that fit the channels best; samples that are not finite are left out.
+    fn trend(&self) -> PyTrend {
+        PyTrend {
+            inner: self.inner.trend(),
+        }
+    }
+
+    /// The record without a trend, of this record or of another one; it keeps its means.
+    fn detrended(&self, trend: &PyTrend) -> Result<Self, Failure> {
+        Ok(Self::new(Arc::new(self.inner.detrended(&trend.inner)?)))
+    }
+
+    /// The record with a trend put back.
+    fn retrended(&self, trend: &PyTrend) -> Result<Self, Failure> {
+        Ok(Self::new(Arc::new(self.inner.retrended(&trend.inner)?)))
     }
 
     fn __len__(&self) -> usize {

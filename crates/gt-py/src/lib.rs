@@ -48,6 +48,7 @@ mod scheduled_arx;
 mod scheduled_model;
 mod state_space;
 mod table;
+mod trend;
 mod warning;
 
 /// The compiled half of the package.
@@ -101,6 +102,8 @@ mod _gtfdi {
     use crate::scheduled_model::PyScheduledModel;
     #[pymodule_export]
     use crate::state_space::PyStateSpace;
+    #[pymodule_export]
+    use crate::trend::PyTrend;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -122,6 +122,10 @@ pub struct IdentifyArgs {
     /// What a sample that is NaN or an empty cell does, and a gap in time [default: error]
     #[arg(long, env = "GTFDI_MISSING", value_enum)]
     pub missing: Option<MissingSamples>,
+    /// Take the line in time that fits its training rows best out of every channel of every record
+    /// (that of all rows out of a hold-out)
+    #[arg(long, env = "GTFDI_DETREND", num_args = 0..=1, default_missing_value = "true")]
+    pub detrend: Option<bool>,
     /// Method [default: arx]
     #[arg(long, env = "GTFDI_METHOD", value_enum)]
     pub method: Option<Method>,

@@ -223,3 +223,61 @@ fn values_that_make_no_sense_are_refused() {
         place.refused(&[&HEAD[..], &["--order", "2"], &tail].concat(), &[text]);
     }
 }
+
+/// A line in time that is added to a channel changes the slope that is taken out, and nothing else.
+#[test]
+fn a_trend_is_taken_out_and_said() {
+    let place = Place::new();
+    place.write("one.csv", second_order_csv(400, 1));
+    let rows = second_order(400, 1);
+    let tilted = (0..).zip(&rows).map(|(k, row)| {
+        let t = f64::from(k);
+        vec![row[0] - 0.01 * t, row[1] + 5.0 + 0.02 * t]
+    });
+    let tilted: Vec<Vec<f64>> = tilted.collect();
+    place.write("tilted.csv", csv("u,y", &tilted));
+    let of = |file: &str, more: &[&str]| {
+        let args = [
+            "identify",
+            file,
+            "--inputs",
+            "u",
+            "--outputs",
+            "y",
+            "--order",
+            "2",
+        ];
+        place.json(&[&args[..], &["--sample-time", "0.5"], more].concat())
+    };
+    let plain = of(
+        "one.csv",
+        &["--detrend", "--train", "0:300", "--validate", "300:400"],
+    );
+    let found = of(
+        "tilted.csv",
+        &["--detrend", "--train", "0:300", "--validate", "300:400"],
+    );
+    // Sums of numbers of up to ten, rounded to what the file prints.
+    agree(&coefficients(&plain), &coefficients(&found), 1e-9);
+    let fit = |report: &Value| number(report, "/outputs/0/fit_simulation_percent");
+    assert!((fit(&plain) - fit(&found)).abs() < 1e-6);
+    for (channel, added) in [(0, -0.02), (1, 0.04)] {
+        let slope = |report: &Value| {
+            let place = format!("/records/0/trend/{channel}/per_s");
+            number(report, &place)
+        };
+        assert!((slope(&found) - slope(&plain) - added).abs() < 1e-10);
+    }
+    assert_eq!(
+        found.pointer("/records/0/trend/1/signal"),
+        Some(&Value::from("y"))
+    );
+    // Left in, a drift counts as dynamics.
+    let left = of("tilted.csv", &[]);
+    assert_eq!(left.pointer("/records/0/trend"), Some(&Value::Null));
+    let distance = |report: &Value| -> f64 {
+        let pairs = coefficients(report).into_iter().zip(coefficients(&plain));
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    assert!(distance(&left) > 1e-3, "{}", distance(&left));
+}

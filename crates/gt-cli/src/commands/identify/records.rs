@@ -17,10 +17,22 @@ use crate::record::{check_out, read, selection};
 /// A file that was read.
 #[derive(Serialize)]
 pub struct Source {
-    data: PathBuf,
+    pub data: PathBuf,
     train_rows: Option<[usize; 2]>,
     validation_rows: Option<[usize; 2]>,
     pub input_sha256: String,
+    /// The line that was taken out.
+    pub trend: Option<Slopes>,
+}
+
+/// The slopes that were taken out of a record.
+pub type Slopes = Vec<Slope>;
+
+/// The slope that was taken out of a channel.
+#[derive(Serialize)]
+pub struct Slope {
+    pub signal: String,
+    pub per_s: f64,
 }
 
 /// What is fitted to and judged on; every piece is without gaps unless those are refused.
@@ -37,6 +49,8 @@ pub struct Records {
     validated: String,
     /// Whether the fit can be held by a ridge.
     takes_ridge: bool,
+    /// Whether lines in time are taken out.
+    detrends: bool,
 }
 
 impl Records {
@@ -87,6 +101,7 @@ impl Records {
                 && args.stable.is_none()
                 && args.dc_gain.is_none()
                 && args.equation_errors != Some(ErrorModel::Correlated),
+            detrends: args.detrend == Some(true),
         };
         for path in paths {
             records.add(path, &wanted, &blocks, args.holdout.is_none())?;
@@ -107,7 +122,7 @@ impl Records {
         blocks: &Blocks,
         validates: bool,
     ) -> Result<(), Failure> {
-        let imported = self.import(path, wanted, |error| match error {
+        let mut imported = self.import(path, wanted, |error| match error {
             LogError::Rows { total, .. } => blocks.beyond(path, *total),
             _ => None,
         })?;
@@ -118,10 +133,9 @@ impl Records {
         let whole = shift..shift + imported.dataset.len();
         let train = blocks.train.clone().unwrap_or(whole);
         let validation = blocks.validate.clone().unwrap_or_else(|| train.clone());
-        let pieces = |rows: &Range<usize>| {
-            let rows = rows.start - shift..rows.end - shift;
-            pieces(path, &imported, rows, wanted.missing)
-        };
+        let within = |rows: &Range<usize>| rows.start - shift..rows.end - shift;
+        let trend = self.detrend(path, &mut imported, within(&train))?;
+        let pieces = |rows: &Range<usize>| pieces(path, &imported, within(rows), wanted.missing);
         self.train.extend(pieces(&train)?);
         if validates {
             self.validation.extend(pieces(&validation)?);
@@ -131,6 +145,7 @@ impl Records {
             train_rows: Some([train.start, train.end]),
             validation_rows: validates.then_some([validation.start, validation.end]),
             input_sha256: imported.sha256,
+            trend,
         });
         Ok(())
     }
@@ -140,16 +155,43 @@ impl Records {
             rows: None,
             ..wanted.clone()
         };
-        let imported = self.import(path, &whole, |_| None)?;
+        let mut imported = self.import(path, &whole, |_| None)?;
         let rows = 0..imported.dataset.len();
+        let trend = self.detrend(path, &mut imported, rows.clone())?;
         self.validation = pieces(path, &imported, rows.clone(), wanted.missing)?;
         self.holdout = Some(Source {
             data: path.to_owned(),
             train_rows: None,
             validation_rows: Some([rows.start, rows.end]),
             input_sha256: imported.sha256,
+            trend,
         });
         Ok(())
+    }
+
+    /// Takes the trend of some samples out of a record, where that is asked for.
+    fn detrend(
+        &self,
+        path: &Path,
+        imported: &mut Imported,
+        samples: Range<usize>,
+    ) -> Result<Option<Slopes>, Failure> {
+        if !self.detrends {
+            return Ok(None);
+        }
+        let data = &imported.dataset;
+        let part = data.rows(samples);
+        let trend = part.map_err(|error| Failure::in_file(path, error))?.trend();
+        let flat = data.detrended(&trend);
+        let slopes = trend.u_slope_per_s.iter().chain(&trend.y_slope_per_s);
+        let names = data.inputs().iter().chain(data.outputs());
+        let slopes = names.zip(slopes).map(|(signal, &slope)| Slope {
+            signal: signal.name.clone(),
+            per_s: slope,
+        });
+        let slopes = slopes.collect();
+        imported.dataset = flat.map_err(|error| Failure::in_file(path, error))?;
+        Ok(Some(slopes))
     }
 
     fn import(

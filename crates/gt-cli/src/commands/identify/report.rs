@@ -114,6 +114,9 @@ pub fn text(report: &Report, train_rows: usize, validation_rows: usize) -> Strin
     } else {
         "\n"
     };
+    for source in report.records.iter().chain(report.holdout) {
+        text += &slopes(source);
+    }
     if let (Some(orders), Some(reason)) = (report.order_table, &report.order_reason) {
         let _ = writeln!(text, "{}{reason}", orders.text());
     }
@@ -137,6 +140,18 @@ pub fn text(report: &Report, train_rows: usize, validation_rows: usize) -> Strin
         text += &noise_text(noise);
     }
     text
+}
+
+/// The trend that was taken out of a record.
+fn slopes(source: &Source) -> String {
+    let Some(slopes) = &source.trend else {
+        return String::new();
+    };
+    let each = slopes.iter();
+    let each = each.map(|slope| format!("{} {:.3e}", slope.signal, slope.per_s));
+    let each: Vec<String> = each.collect();
+    let data = source.data.display();
+    format!("{data}: taken out, per second: {}\n", each.join(", "))
 }
 
 fn fits(outputs: &[OutputReport]) -> String {
