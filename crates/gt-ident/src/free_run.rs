@@ -2,6 +2,7 @@
 
 use gt_core::Dataset;
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 
 use crate::regressor::Deviations;
 use crate::{ArxModel, Channel, IdentError, Term};
@@ -23,7 +24,8 @@ pub struct FreeRun {
 }
 
 /// Where a free run starts from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Start {
     /// The first `max_lag` measured outputs: right where they carry little noise.
     #[default]

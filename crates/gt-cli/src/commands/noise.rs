@@ -7,6 +7,10 @@ use serde::Serialize;
 
 use crate::output::{number, table};
 
+/// Where free runs start that do not start at the measured outputs.
+pub const FITTED_START: &str = "free runs start where they fit the record best: the first samples \
+                                hold noise\n";
+
 /// The noise of a channel.
 #[derive(Serialize)]
 pub struct NoiseReport<'a> {

@@ -49,10 +49,13 @@ fn the_noise_of_every_channel_is_found_and_the_bias_is_gone() {
     let of = |method: &str, more: &[&str]| {
         place.json(&[&HEAD[..], &["--method", method, "--order", "2"], more].concat())
     };
-    let biased = error(&of("arx", &[]));
+    let plain = of("arx", &[]);
+    let biased = error(&plain);
+    assert_eq!(plain["free_run_start"], "measured");
     // 100 to 200 standard deviations of the best estimate.
     assert!(biased > 0.1, "{biased}");
     let report = of("eiv", &["--out", "eiv.json"]);
+    assert_eq!(report["free_run_start"], "fitted");
     // Five standard errors, as the report has them.
     let errors = array(&report, "/standard_errors/y");
     for (index, truth) in [1.5, -0.7, 1.0, 0.5].into_iter().enumerate() {

@@ -127,6 +127,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         sample_time_s: model.sample_time_s(),
         spectral_radius,
         stable: spectral_radius.map(|radius| radius < 1.0),
+        free_run_start: start,
         diverges_at: divergences.reduce(f64::min),
         train_rows: only.and_then(Source::train_rows),
         validation_rows: records

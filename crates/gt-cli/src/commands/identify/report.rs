@@ -6,7 +6,7 @@ use std::path::Path;
 
 use gtfdi::ident::constrained::{ActiveConstraint, ConstrainedRow};
 use gtfdi::ident::output_error::RefinedOutput;
-use gtfdi::ident::{ArxModel, ArxStructure, ResidualVerdict, Validation};
+use gtfdi::ident::{ArxModel, ArxStructure, ResidualVerdict, Start, Validation};
 use serde::Serialize;
 
 use super::orders::Orders;
@@ -14,7 +14,7 @@ use super::records::Source;
 use crate::cli::Method;
 use crate::commands::equation::{RegressionTerm, regressions};
 use crate::commands::finding::{residual_findings, residual_summary};
-use crate::commands::noise::{NoiseReport, noise_text};
+use crate::commands::noise::{FITTED_START, NoiseReport, noise_text};
 use crate::output::{free_run, number, table};
 
 /// The JSON object.
@@ -27,6 +27,9 @@ pub struct Report<'a> {
     pub spectral_radius: Option<f64>,
     /// Whether all poles lie inside the unit circle; null where they could not be computed.
     pub stable: Option<bool>,
+    /// Where free runs start: at the measured outputs, or where they fit the record best (for models
+    /// with noise on the channels).
+    pub free_run_start: Start,
     /// When the first free run diverges, in seconds.
     pub diverges_at: Option<f64>,
     /// Of the record, where there is one only.
@@ -121,6 +124,9 @@ pub fn text(report: &Report, train_rows: usize, validation_rows: usize) -> Strin
         let _ = writeln!(text, "{}{reason}", orders.text());
     }
     text += &fits(&report.outputs);
+    if report.free_run_start == Start::Fitted {
+        text += FITTED_START;
+    }
     if report.stable == Some(false) {
         let radius = number(report.spectral_radius);
         let _ = writeln!(

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use gt_log::ModelKind;
 use gtfdi::ident::eiv::EivModel;
-use gtfdi::ident::{ChiSquareTest, RealisationReport, ResidualReport};
+use gtfdi::ident::{ChiSquareTest, RealisationReport, ResidualReport, Start};
 use serde::Serialize;
 
 use super::on_record::{RecordReport, on_record};
@@ -14,6 +14,7 @@ use crate::Outcome;
 use crate::cli::{CheckArgs, GlobalArgs};
 use crate::commands::SCHEMA_VERSION;
 use crate::commands::finding::{Finding, residual_summary};
+use crate::commands::noise::FITTED_START;
 use crate::config::layered;
 use crate::failure::Failure;
 use crate::output::{free_run, number, print, print_json, table};
@@ -160,6 +161,9 @@ fn record_text(record: &RecordReport) -> String {
         "lags outside their band",
     ];
     text += &table(&head, &rows);
+    if record.free_run_start == Start::Fitted {
+        text += FITTED_START;
+    }
     if let (Some(verdict), Some(tests)) = (&record.residuals, tests) {
         let _ = writeln!(text, "{}", residual_summary(verdict));
         if let (Some(hosking), true) = (&tests.hosking, record.outputs.len() > 1) {

@@ -26,6 +26,9 @@ pub struct RecordReport {
     /// Whether it is the record of the fit, which the tests allow for.
     origin: RecordOrigin,
     pub outputs: Vec<OutputFit>,
+    /// Where free runs start: at the measured outputs, or where they fit the record best (for models
+    /// with noise on the channels).
+    pub free_run_start: Start,
     /// When the first free run diverges, in seconds.
     pub diverges_at: Option<f64>,
     /// Null where there is nothing to test.
@@ -89,6 +92,7 @@ pub fn on_record(
         rows: data.len(),
         input_sha256: sha256.to_owned(),
         origin,
+        free_run_start: start,
         diverges_at: scores
             .outputs
             .iter()
