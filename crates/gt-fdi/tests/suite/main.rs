@@ -19,4 +19,10 @@ mod generator;
 #[cfg(test)]
 mod observer;
 #[cfg(test)]
+mod run_length;
+#[cfg(test)]
 mod signature;
+#[cfg(test)]
+mod simulation;
+#[cfg(test)]
+mod statistics;
