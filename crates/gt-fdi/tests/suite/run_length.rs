@@ -43,12 +43,33 @@ fn published_brook_evans() {
     }
 }
 
-/// J. M. Lucas, R. B. Crosier, *Technometrics* 24 (1982): two-sided, k = 0.5.
+/// J. M. Lucas, R. B. Crosier, *Technometrics* 24 (1982): two-sided, k = 0.5. The table has three
+/// digits; the shifts are as reprinted in D. C. Montgomery, *Introduction to Statistical Quality
+/// Control*, "ARL performance of the tabular cusum with k = 1/2 and h = 4 or h = 5".
 #[test]
 fn published_lucas_crosier() {
-    for (threshold, expected) in [(4.0, 168.0), (5.0, 465.0)] {
-        let found = cusum(0.5, threshold, Sides::Both, 0.0);
-        assert_close("both", found, expected, 0.5);
+    let shifts = [0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0];
+    let four = [168.0, 74.2, 26.6, 13.3, 8.38, 4.75, 3.34, 2.62, 2.19, 1.71];
+    let five = [465.0, 139.0, 38.0, 17.0, 10.4, 5.75, 4.01, 3.11, 2.57, 2.01];
+    for (threshold, expected) in [(4.0, four), (5.0, five)] {
+        for (shift, expected) in shifts.into_iter().zip(expected) {
+            let found = cusum(0.5, threshold, Sides::Both, shift);
+            // Half a unit of the third digit.
+            let unit = if expected >= 100.0 {
+                0.5
+            } else if expected >= 10.0 {
+                0.05
+            } else {
+                0.005
+            };
+            assert_close("both", found, expected, unit);
+            assert_close(
+                "mirrored",
+                cusum(0.5, threshold, Sides::Both, -shift) / found,
+                1.0,
+                1e-14,
+            );
+        }
     }
 }
 

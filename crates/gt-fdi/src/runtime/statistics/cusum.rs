@@ -47,8 +47,17 @@ impl TryFrom<Unchecked> for Cusum {
 
     fn try_from(raw: Unchecked) -> Result<Self, StatisticError> {
         let made = Self::new(raw.allowance, raw.threshold, raw.sides)?;
-        for sum in [raw.upper, raw.lower] {
-            check_state("sum", sum.value, 0.0, f64::MAX)?;
+        for (sum, idle) in [
+            (raw.upper, raw.sides == Sides::Lower),
+            (raw.lower, raw.sides == Sides::Upper),
+        ] {
+            check_state("sum", sum.value, 0.0, if idle { 0.0 } else { f64::MAX })?;
+            let (youngest, oldest) = if sum.value > 0.0 {
+                (1.0, u64::MAX as f64)
+            } else {
+                (0.0, 0.0)
+            };
+            check_state("age", sum.age as f64, youngest, oldest)?;
         }
         Ok(Self {
             upper: raw.upper,
