@@ -28,11 +28,21 @@ pub struct Glr {
     largest: f64,
     threshold: f64,
     sides: Sides,
-    /// Lengths and energies `E`, ascending.
-    windows: Box<[(usize, f64)]>,
+    /// Ascending.
+    windows: Box<[Window]>,
     history: History,
     value: f64,
     change: Option<Change>,
+}
+
+/// The last samples, as many as `length`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Window {
+    length: usize,
+    /// `E`.
+    energy: f64,
+    /// `1 / E`.
+    inverse: f64,
 }
 
 /// The likeliest fault.
@@ -124,7 +134,14 @@ impl Glr {
         check_window(longest)?;
         check_threshold(threshold)?;
         let windows = lengths(longest)
-            .map(|length| (length, waveform.energy(length as f64)))
+            .map(|length| {
+                let energy = waveform.energy(length as f64);
+                Window {
+                    length,
+                    energy,
+                    inverse: energy.recip(),
+                }
+            })
             .collect();
         Ok(Self {
             waveform,
@@ -142,7 +159,7 @@ impl Glr {
     /// The lengths of the windows in samples, ascending: 1, 2, 3, 4, 6, 8, 11, 16, ..., each about
     /// the square root of two times the one before, and the longest.
     pub fn windows(&self) -> impl Iterator<Item = usize> + '_ {
-        self.windows.iter().map(|&(length, _)| length)
+        self.windows.iter().map(|window| window.length)
     }
 
     /// The likeliest fault; `None` while no fault is likelier than none.
@@ -151,9 +168,9 @@ impl Glr {
     }
 
     fn judge(&mut self) {
-        (self.value, self.change) = (0.0, None);
-        for &(length, energy) in &self.windows {
-            let Some((sum, moment)) = self.history.window(length) else {
+        let (mut value, mut likeliest) = (0.0, None);
+        for window in &self.windows {
+            let Some((sum, moment)) = self.history.window(window.length) else {
                 break;
             };
             let signed = match self.waveform {
@@ -161,15 +178,20 @@ impl Glr {
                 Waveform::Ramp => moment,
             };
             let agreement = self.sides.fold(signed);
-            let size = (agreement / energy).clamp(self.smallest, self.largest);
-            let ratio = size * (agreement - 0.5 * size * energy);
-            if ratio > self.value {
-                self.value = ratio;
-                let sign = if signed < 0.0 { -1.0 } else { 1.0 };
-                let size = sign * size;
-                self.change = Some(Change { age: length, size });
+            let size = (agreement * window.inverse)
+                .max(self.smallest)
+                .min(self.largest);
+            let ratio = size * (agreement - 0.5 * size * window.energy);
+            if ratio > value {
+                value = ratio;
+                likeliest = Some((window.length, signed, size));
             }
         }
+        self.value = value;
+        self.change = likeliest.map(|(age, signed, size)| Change {
+            age,
+            size: if signed < 0.0 { -size } else { size },
+        });
     }
 }
 
