@@ -1,7 +1,9 @@
 //! Simulated run lengths against exact ones.
 
 use gt_fdi::FdiError;
-use gt_fdi::design::{CusumRunLength, ExceedanceRunLength, MIN_ALARMS, SimulatedRuns};
+use gt_fdi::design::{
+    CusumRunLength, ExceedanceRunLength, MIN_ALARMS, SimulatedRuns, mean_delay_bound,
+};
 use gt_fdi::runtime::{Cusum, Glr, MovingAverage, Sides, Statistic, Waveform, WindowedChiSquare};
 use rand::RngExt;
 use rand_distr::StandardNormal;
@@ -154,4 +156,42 @@ fn run_lengths_are_counted_from_the_records() {
     assert_eq!(none.err(), error("paths"));
     let none = SimulatedRuns::run(&mut single, 4, 0, paths);
     assert_eq!(none.err(), error("samples"));
+}
+
+/// The specification's table of mean delays in samples to the alarm on a ramp of 1e-3 standard
+/// deviations a sample: ratios with declared ranges of slopes and the thresholds given there, after
+/// a healthy start that fills the windows.
+#[test]
+fn regress_delays_of_ramp_ratios() {
+    const PATHS: usize = 600;
+    let slope = 1e-3;
+    for (sizes, threshold, expected) in [((1e-4, 1e-3), 8.94, 361.0), ((1e-4, 1e-1), 11.81, 391.0)]
+    {
+        let mut glr = Glr::new(Waveform::Ramp, sizes, 4096, threshold, Sides::Upper).unwrap();
+        let mut noise = white(40_000_000);
+        let mut delays = Vec::new();
+        for path in 0..PATHS {
+            let mut residual = noise(path);
+            glr.reset();
+            let false_alarm = (0..5000).any(|_| glr.step(residual()).alarm);
+            if !false_alarm {
+                let mut delay = 1.0;
+                while !glr.step(residual() + slope * delay).alarm {
+                    delay += 1.0;
+                }
+                delays.push(delay);
+            }
+        }
+        // At most 1 in 100 paths: 5000 samples of the 1.08e6 between false alarms.
+        assert!(delays.len() > PATHS * 98 / 100, "{}", delays.len());
+        let count = delays.len() as f64;
+        let mean = delays.iter().sum::<f64>() / count;
+        let variance = delays.iter().map(|d| (d - mean) * (d - mean)).sum::<f64>() / count;
+        // Standard errors of both: here, and the table's 0.7 %.
+        let error = (variance / count + (7e-3 * expected) * (7e-3 * expected)).sqrt();
+        assert!(error < 0.011 * expected, "{error}");
+        assert!((mean - expected).abs() < 2.58 * error, "{mean} {error}");
+        // No detector is faster than the bound at that mean time between false alarms.
+        assert!(mean > mean_delay_bound(Waveform::Ramp, slope, 1.08e6).unwrap());
+    }
 }

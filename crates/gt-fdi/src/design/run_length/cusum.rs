@@ -25,6 +25,22 @@ const GROWTH: f64 = 1.5;
 /// (Nystroem's method); the nodes and zero are the states of a Markov chain. With both sides the rates of alarm add up: `1/L = 1/L(mu) + 1/L(-mu)`,
 /// which is exact because the two sums cannot both be above zero near an alarm (Kemp, *Journal of
 /// the Royal Statistical Society B* 24, 1962; Lucas and Crosier, *Technometrics* 24, 1982).
+///
+/// One false alarm in 24 hours at 0.08 s a sample; a step of one standard deviation is then found
+/// within 26 samples in the mean:
+///
+/// ```
+/// use gt_fdi::{Cusum, CusumRunLength, Sides, Statistic};
+///
+/// let samples = 24.0 * 3600.0 / 0.08;
+/// let threshold = CusumRunLength::threshold_for(0.5, Sides::Both, samples)?;
+/// let delay = CusumRunLength::new(0.5, threshold, Sides::Both)?.samples(1.0)?;
+/// assert!(25.0 < delay && delay < 26.0);
+///
+/// let mut cusum = Cusum::new(0.5, threshold, Sides::Both)?;
+/// assert!(!cusum.step(0.3).alarm);
+/// # Ok::<(), gt_fdi::FdiError>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CusumRunLength {
     allowance: f64,
