@@ -3,7 +3,7 @@
 use gt_core::{DataError, DimensionError, ModelError};
 use thiserror::Error;
 
-use crate::runtime::StepError;
+use crate::runtime::{StatisticError, StepError};
 
 /// Why a generator, a threshold, a bank or a signature cannot be made or used.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -20,6 +20,9 @@ pub enum FdiError {
     /// The detector refused a sample.
     #[error(transparent)]
     Step(#[from] StepError),
+    /// A statistic cannot be made.
+    #[error(transparent)]
+    Statistic(#[from] StatisticError),
     /// The model has another number of outputs than one.
     #[error("outputs of the model: expected 1 (one observer an output), found {found}")]
     OutputCount {
@@ -221,5 +224,23 @@ pub enum FdiError {
         end: usize,
         /// Samples there are.
         len: usize,
+    },
+    /// An average run length is out of the range that can be reached or computed.
+    #[error("average run length: expected {low} to {high} samples, found {found}")]
+    RunLength {
+        /// The smallest that is accepted, in samples.
+        low: f64,
+        /// The largest that is accepted, in samples.
+        high: f64,
+        /// The value found, in samples; infinite when it is beyond the range of doubles.
+        found: f64,
+    },
+    /// Too few simulated paths raise an alarm to say when they do.
+    #[error("simulated paths with an alarm: expected at least {needed}, found {found}")]
+    TooFewAlarms {
+        /// Alarms needed.
+        needed: usize,
+        /// Alarms found.
+        found: usize,
     },
 }

@@ -15,9 +15,13 @@ mod error;
 pub mod runtime;
 
 pub use design::{
-    Alarm, Bank, BankRun, Calibration, FalseAlarmRate, FalseAlarmSummary, Feature, FixedThreshold,
-    OutputDetector, ResidualGenerator, SignatureMatrix, ThresholdRule, calibrate, count_alarms,
-    feature, place, signature,
+    Alarm, Bank, BankRun, Calibration, CusumRunLength, ExceedanceRunLength, FalseAlarmRate,
+    FalseAlarmSummary, Feature, FixedThreshold, OutputDetector, ResidualGenerator, SignatureMatrix,
+    SimulatedRunLength, SimulatedRuns, ThresholdRule, calibrate, count_alarms, feature,
+    mean_delay_bound, place, signature,
 };
 pub use error::FdiError;
-pub use runtime::{ChannelVerdict, Detector, ExceedanceRun, StepError, Verdict};
+pub use runtime::{
+    Change, ChannelVerdict, Cusum, Decision, Detector, ExceedanceRun, Glr, MovingAverage, Sides,
+    Sprt, SprtDecision, Statistic, StatisticError, StepError, Verdict, Waveform, WindowedChiSquare,
+};

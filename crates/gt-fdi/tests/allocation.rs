@@ -6,7 +6,9 @@ use std::cell::Cell;
 
 use gt_core::{OperatingPoint, Signal, StateSpace};
 use gt_fdi::design::{Bank, OutputDetector, ResidualGenerator, ThresholdRule, calibrate};
-use gt_fdi::runtime::Detector;
+use gt_fdi::runtime::{
+    Cusum, Detector, Glr, MovingAverage, Sides, Sprt, Statistic, Waveform, WindowedChiSquare,
+};
 use nalgebra::DMatrix;
 
 thread_local! {
@@ -97,4 +99,44 @@ fn no_step_allocates() {
     // The counter counts.
     drop(vec![1_u8; 100]);
     assert!(COUNT.with(Cell::get) > before);
+}
+
+/// Over many windows, so that every sum is made anew; on what was made, cloned and resumed alike.
+#[test]
+#[allow(clippy::unwrap_used)] // a test
+fn no_statistic_allocates() {
+    let both = Sides::Both;
+    let ramp = Glr::new(Waveform::Ramp, (1e-4, 1e-1), 256, 9.0, both).unwrap();
+    let text = serde_json::to_string(&ramp).unwrap();
+    let mut statistics: Vec<Box<dyn Statistic>> = vec![
+        Box::new(Cusum::new(0.5, 5.0, both).unwrap()),
+        Box::new(MovingAverage::new(25, 1.0, both).unwrap()),
+        Box::new(WindowedChiSquare::new(25, 50.0).unwrap()),
+        Box::new(ramp.clone()),
+        Box::new(serde_json::from_str::<Glr>(&text).unwrap()),
+        Box::new(ramp),
+        Box::new(Glr::new(Waveform::Step, (0.1, 3.0), 4096, 9.0, both).unwrap()),
+        Box::new(Sprt::new(1.0, -5.0, 5.0).unwrap()),
+    ];
+    let mut alarms = 0_usize;
+    let before = COUNT.with(Cell::get);
+    for k in 0..20_000_u32 {
+        let r = match k % 1000 {
+            300..330 => 5.0,
+            600..630 => -5.0,
+            700 => f64::NAN,
+            800 => 1e308,
+            900 => f64::INFINITY,
+            _ => 0.1,
+        };
+        for statistic in &mut statistics {
+            alarms += usize::from(statistic.step(r).alarm);
+            if k % 5000 == 4999 {
+                statistic.reset();
+            }
+        }
+    }
+    let allocated = COUNT.with(Cell::get) - before;
+    assert_eq!(allocated, 0);
+    assert!(alarms > 1000, "{alarms}: the record should raise some");
 }

@@ -6,8 +6,13 @@
 mod detector;
 mod generator;
 mod statistic;
+mod statistics;
 
 pub(crate) use detector::Channel;
 pub use detector::{ChannelVerdict, Detector, StepError, Verdict};
 pub(crate) use generator::{Generator, Matrices, Update};
 pub use statistic::ExceedanceRun;
+pub use statistics::{
+    Change, Cusum, Decision, Glr, LARGEST_SAMPLE, MAX_WINDOW, MovingAverage, Sides, Sprt,
+    SprtDecision, Statistic, StatisticError, Waveform, WindowedChiSquare,
+};

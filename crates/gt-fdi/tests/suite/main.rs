@@ -9,7 +9,11 @@ mod bank;
 #[cfg(test)]
 mod calibration;
 #[cfg(test)]
+mod delay_bound;
+#[cfg(test)]
 mod detector;
+#[cfg(test)]
+mod exceedance_run_length;
 #[cfg(test)]
 mod false_alarm;
 #[cfg(test)]
@@ -19,4 +23,12 @@ mod generator;
 #[cfg(test)]
 mod observer;
 #[cfg(test)]
+mod run_length;
+#[cfg(test)]
 mod signature;
+#[cfg(test)]
+mod simulation;
+#[cfg(test)]
+mod statistic_state;
+#[cfg(test)]
+mod statistics;
