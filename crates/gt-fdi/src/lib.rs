@@ -15,9 +15,10 @@ mod error;
 pub mod runtime;
 
 pub use design::{
-    Alarm, Bank, BankRun, Calibration, FalseAlarmRate, FalseAlarmSummary, Feature, FixedThreshold,
-    OutputDetector, ResidualGenerator, SignatureMatrix, ThresholdRule, calibrate, count_alarms,
-    feature, place, signature,
+    Alarm, Bank, BankRun, Calibration, EivKalman, FalseAlarmRate, FalseAlarmSummary, Feature,
+    FilterError, FilterRun, FixedThreshold, Innovation, KalmanFilter, NoiseCovariance,
+    OutputDetector, ResidualGenerator, Riccati, SignatureMatrix, ThresholdRule, TimeVaryingKalman,
+    calibrate, count_alarms, feature, place, signature,
 };
 pub use error::FdiError;
 pub use runtime::{ChannelVerdict, Detector, ExceedanceRun, StepError, Verdict};
