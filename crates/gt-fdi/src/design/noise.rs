@@ -2,7 +2,8 @@
 
 use gt_core::{DimensionError, StateSpace};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use super::filter_error::FilterError;
 use crate::FdiError;
@@ -30,13 +31,29 @@ pub struct NoiseCovariance {
     s: DMatrix<f64>,
 }
 
-/// The fields of a [`NoiseCovariance`] as they come from a file, by rows.
+/// The fields of a [`NoiseCovariance`] as they come from a file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Unchecked {
+    #[serde(deserialize_with = "stored_matrix")]
     q: DMatrix<f64>,
+    #[serde(deserialize_with = "stored_matrix")]
     r: DMatrix<f64>,
+    #[serde(deserialize_with = "stored_matrix")]
     s: DMatrix<f64>,
+}
+
+/// Reads `[entries by columns, rows, columns]`, as in the file of a [`StateSpace`]: nalgebra itself
+/// would multiply sizes unchecked.
+fn stored_matrix<'de, D: Deserializer<'de>>(source: D) -> Result<DMatrix<f64>, D::Error> {
+    let (entries, rows, columns) = <(Vec<f64>, usize, usize)>::deserialize(source)?;
+    if rows.checked_mul(columns) != Some(entries.len()) {
+        let found = entries.len();
+        return Err(D::Error::custom(format!(
+            "matrix: expected {rows} x {columns} entries, found {found}"
+        )));
+    }
+    Ok(DMatrix::from_vec(rows, columns, entries))
 }
 
 impl TryFrom<Unchecked> for NoiseCovariance {

@@ -115,6 +115,11 @@ fn noise_from_a_file_is_checked() {
     let text = serde_json::to_string(&plain_noise()).unwrap();
     let read: NoiseCovariance = serde_json::from_str(&text).unwrap();
     assert_eq!(read, plain_noise());
+    let mut huge: serde_json::Value = serde_json::from_str(&text).unwrap();
+    huge["q"][1] = u64::MAX.into();
+    let error = serde_json::from_value::<NoiseCovariance>(huge).unwrap_err();
+    let expected = "matrix: expected 18446744073709551615 x 2 entries, found 4";
+    assert_eq!(error.to_string(), expected);
     let r = text.replace(&format!("{}", plain_noise().r()[0]), "-1.0");
     assert_ne!(r, text);
     let error = serde_json::from_str::<NoiseCovariance>(&r).unwrap_err();
