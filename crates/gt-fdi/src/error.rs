@@ -3,6 +3,7 @@
 use gt_core::{DataError, DimensionError, ModelError};
 use thiserror::Error;
 
+use crate::design::FilterError;
 use crate::runtime::{StatisticError, StepError};
 
 /// Why a generator, a threshold, a bank or a signature cannot be made or used.
@@ -23,6 +24,9 @@ pub enum FdiError {
     /// A statistic cannot be made.
     #[error(transparent)]
     Statistic(#[from] StatisticError),
+    /// A covariance, a Riccati equation or a Kalman filter cannot be used.
+    #[error(transparent)]
+    Filter(#[from] FilterError),
     /// The model has another number of outputs than one.
     #[error("outputs of the model: expected 1 (one observer an output), found {found}")]
     OutputCount {
@@ -73,17 +77,19 @@ pub enum FdiError {
         /// Largest modulus of the eigenvalues of A - K C (NaN when they were not found).
         spectral_radius: f64,
     },
-    /// A file's gain does not place the poles that stand beside it.
+    /// A file's gain does not follow from the poles or the noise that stand beside it.
     #[error(
-        "generator of `{output}`, gain: expected that of its poles, {expected} at state {state}, \
-         found {found}"
+        "generator of `{output}`, gain: expected that of its {design}, {expected} at state \
+         {state}, found {found}"
     )]
     Gain {
         /// The model's output.
         output: String,
+        /// What the gain follows from, `poles` or `noise`.
+        design: &'static str,
         /// 0-based state with the largest difference.
         state: usize,
-        /// The gain that places the poles.
+        /// The gain that follows.
         expected: f64,
         /// The gain found.
         found: f64,

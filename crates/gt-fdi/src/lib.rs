@@ -15,10 +15,11 @@ mod error;
 pub mod runtime;
 
 pub use design::{
-    Alarm, Bank, BankRun, Calibration, CusumRunLength, ExceedanceRunLength, FalseAlarmRate,
-    FalseAlarmSummary, Feature, FixedThreshold, OutputDetector, ResidualGenerator, SignatureMatrix,
-    SimulatedRunLength, SimulatedRuns, ThresholdRule, calibrate, count_alarms, feature,
-    mean_delay_bound, place, signature,
+    Alarm, Bank, BankRun, Calibration, CusumRunLength, EivKalman, ExceedanceRunLength,
+    FalseAlarmRate, FalseAlarmSummary, Feature, FilterError, FilterRun, FixedThreshold, Innovation,
+    KalmanFilter, NoiseCovariance, OutputDetector, ResidualGenerator, Riccati, SignatureMatrix,
+    SimulatedRunLength, SimulatedRuns, ThresholdRule, TimeVaryingKalman, calibrate, count_alarms,
+    feature, mean_delay_bound, place, signature,
 };
 pub use error::FdiError;
 pub use runtime::{

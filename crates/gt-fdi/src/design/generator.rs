@@ -5,7 +5,10 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::channels::Channels;
+use super::kalman::KalmanFilter;
+use super::noise::NoiseCovariance;
 use super::observer::{check_poles, check_single_output, place};
+use super::settling::{settling, spectral_radius};
 use crate::FdiError;
 use crate::runtime::{Generator, Matrices, Update};
 
@@ -14,15 +17,16 @@ pub const SETTLE_LEVEL: f64 = 1e-4;
 /// The longest settling accepted, in samples: over two hours at 0.08 s, and slower is of no use.
 pub const MAX_SETTLE_SAMPLES: usize = 100_000;
 
-/// How far the gain in a file may be from that of its poles, relative to the largest entry: more
-/// than another machine's rounding, less than any other pole.
+/// How far the gain in a file may be from that of its poles or noise, relative to the largest
+/// entry: more than another machine's rounding, less than any other pole.
 const GAIN_TOLERANCE: f64 = 1e-6;
 
 /// An output observer (the paper's eq. 22) for one output:
 /// `r(t) = (y - y0) - C x - D (u - u0)`, `x(t+1) = A x + B (u - u0) + K r`, from `x(0) = 0`.
 ///
 /// For one output `r = eps / P(z^-1)`: `eps` is the equation error of the model's ARX form, which
-/// does not depend on the poles, and `P = prod_i (1 - p_i z^-1)` that of the placed poles.
+/// does not depend on the poles, and `P = prod_i (1 - p_i z^-1)` that of the placed poles, or
+/// of those of a Kalman filter, which is the same structure with another gain.
 ///
 /// Construction and deserialisation both check that the sizes fit and that the generator settles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,6 +36,8 @@ pub struct ResidualGenerator {
     gain: DVector<f64>,
     point: OperatingPoint,
     poles: Vec<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise: Option<NoiseCovariance>,
     #[serde(skip)]
     settle_samples: usize,
 }
@@ -44,6 +50,8 @@ struct Unchecked {
     gain: DVector<f64>,
     point: OperatingPoint,
     poles: Vec<f64>,
+    #[serde(default)]
+    noise: Option<NoiseCovariance>,
 }
 
 impl TryFrom<Unchecked> for ResidualGenerator {
@@ -51,17 +59,28 @@ impl TryFrom<Unchecked> for ResidualGenerator {
 
     fn try_from(raw: Unchecked) -> Result<Self, FdiError> {
         check_single_output(&raw.model)?;
-        check_poles(raw.model.nx(), &raw.poles)?;
-        let read = Self::checked(raw.model, raw.gain, raw.point, raw.poles)?;
-        let placed = place(&read.model, &read.poles)?;
-        let scale = placed.amax().max(f64::MIN_POSITIVE);
-        let difference = (&placed - &read.gain).map(|value| value.abs() / scale);
+        check_poles(
+            if raw.noise.is_some() {
+                0
+            } else {
+                raw.model.nx()
+            },
+            &raw.poles,
+        )?;
+        let read = Self::checked(raw.model, raw.gain, raw.point, raw.poles, raw.noise)?;
+        let (design, designed) = match &read.noise {
+            Some(noise) => ("noise", innovation_gain(&read.model, noise)?),
+            None => ("poles", place(&read.model, &read.poles)?),
+        };
+        let scale = designed.amax().max(f64::MIN_POSITIVE);
+        let difference = (&designed - &read.gain).map(|value| value.abs() / scale);
         if difference.iter().any(|value| *value > GAIN_TOLERANCE) {
             let state = difference.imax();
             return Err(FdiError::Gain {
                 output: read.output().name.clone(),
+                design,
                 state,
-                expected: placed[state],
+                expected: designed[state],
                 found: read.gain[state],
             });
         }
@@ -81,7 +100,24 @@ impl ResidualGenerator {
         poles: &[f64],
     ) -> Result<Self, FdiError> {
         let gain = place(&model, poles)?;
-        Self::checked(model, gain, point, poles.to_vec())
+        Self::checked(model, gain, point, poles.to_vec(), None)
+    }
+
+    /// The steady Kalman filter of a model with one output as an output observer: the gain is
+    /// [`KalmanFilter::predictor_gain`], the residual the innovation in the unit of the output,
+    /// white with the variance [`KalmanFilter::innovation_covariance`] under the noise.
+    ///
+    /// # Errors
+    /// [`FdiError::OutputCount`] of a model with another number of outputs; as
+    /// [`KalmanFilter::new`] and, but for the poles, [`ResidualGenerator::observer`].
+    pub fn kalman(
+        model: StateSpace,
+        point: OperatingPoint,
+        noise: NoiseCovariance,
+    ) -> Result<Self, FdiError> {
+        check_single_output(&model)?;
+        let gain = innovation_gain(&model, &noise)?;
+        Self::checked(model, gain, point, Vec::new(), Some(noise))
     }
 
     fn checked(
@@ -89,6 +125,7 @@ impl ResidualGenerator {
         gain: DVector<f64>,
         point: OperatingPoint,
         poles: Vec<f64>,
+        noise: Option<NoiseCovariance>,
     ) -> Result<Self, FdiError> {
         DimensionError::check("rows of the gain (states)", model.nx(), gain.len())?;
         DimensionError::check("inputs of the operating point", model.nu(), point.u.len())?;
@@ -113,7 +150,7 @@ impl ResidualGenerator {
                 output: output.clone(),
                 level: SETTLE_LEVEL,
                 limit: MAX_SETTLE_SAMPLES,
-                spectral_radius: spectral_radius(closed),
+                spectral_radius: spectral_radius(&closed),
             });
         };
         Ok(Self {
@@ -121,6 +158,7 @@ impl ResidualGenerator {
             gain,
             point,
             poles,
+            noise,
             settle_samples,
         })
     }
@@ -140,9 +178,14 @@ impl ResidualGenerator {
         &self.point
     }
 
-    /// The poles that were asked for (nx).
+    /// The poles that were asked for (nx); none of a Kalman filter, which chooses its own.
     pub fn poles(&self) -> &[f64] {
         &self.poles
+    }
+
+    /// The noise that the gain is optimal for, of a Kalman filter.
+    pub fn noise(&self) -> Option<&NoiseCovariance> {
+        self.noise.as_ref()
     }
 
     /// The input signals (nu).
@@ -219,61 +262,12 @@ impl ResidualGenerator {
     }
 }
 
+/// The Kalman filter's gain one step ahead, for a model with one output.
+fn innovation_gain(model: &StateSpace, noise: &NoiseCovariance) -> Result<DVector<f64>, FdiError> {
+    let filter = KalmanFilter::new(model.clone(), noise.clone())?;
+    Ok(filter.predictor_gain().column(0).into_owned())
+}
+
 fn by_rows(matrix: &DMatrix<f64>) -> Vec<f64> {
     matrix.transpose().as_slice().to_vec()
-}
-
-/// The smallest `k` with `||closed^j||_2 < SETTLE_LEVEL` for all `j >= k`, or `None` beyond
-/// [`MAX_SETTLE_SAMPLES`].
-fn settling(closed: &DMatrix<f64>) -> Option<usize> {
-    let nx = closed.nrows();
-    if nx == 0 {
-        return Some(0);
-    }
-    let mut power = DMatrix::<f64>::identity(nx, nx);
-    let mut next = power.clone();
-    let mut settled = 0;
-    let mut largest = 0.0_f64;
-    for k in 0..=MAX_SETTLE_SAMPLES {
-        let frobenius = power.norm();
-        if !frobenius.is_finite() {
-            return None;
-        }
-        if !spectral_norm_below(&power, frobenius, SETTLE_LEVEL) {
-            settled = k + 1;
-        }
-        largest = largest.max(frobenius);
-        // The norm is submultiplicative: from here on, every power is this one times one of the
-        // powers seen, and so on, none of them above the level.
-        if frobenius * largest < SETTLE_LEVEL {
-            return Some(settled);
-        }
-        power.mul_to(closed, &mut next);
-        core::mem::swap(&mut power, &mut next);
-    }
-    None
-}
-
-/// Whether `||matrix||_2 < level`; the Frobenius norm settles most cases without singular values.
-fn spectral_norm_below(matrix: &DMatrix<f64>, frobenius: f64, level: f64) -> bool {
-    if frobenius < level {
-        return true;
-    }
-    if frobenius >= level * (matrix.nrows() as f64).sqrt() {
-        return false;
-    }
-    let largest = (matrix.transpose() * matrix).symmetric_eigenvalues().max();
-    largest.sqrt() < level
-}
-
-/// Largest modulus of an eigenvalue; NaN when the iteration does not converge.
-fn spectral_radius(matrix: DMatrix<f64>) -> f64 {
-    let iterations = 100 * matrix.nrows();
-    nalgebra::Schur::try_new(matrix, f64::EPSILON, iterations).map_or(f64::NAN, |schur| {
-        schur
-            .complex_eigenvalues()
-            .iter()
-            .map(|value| value.norm())
-            .fold(0.0, f64::max)
-    })
 }

@@ -19,6 +19,11 @@ pub fn noise(seed: u64, len: usize) -> Vec<f64> {
     (0..len).map(|_| rng.sample(StandardNormal)).collect()
 }
 
+/// A matrix from its rows.
+pub fn rows<const R: usize, const C: usize>(values: [[f64; C]; R]) -> DMatrix<f64> {
+    DMatrix::from_fn(R, C, |row, column| values[row][column])
+}
+
 /// A model in observable canonical form: its poles, its Markov parameters `C A^k B` (nx x nu)
 /// and its direct term (1 x nu).
 pub fn canonical(poles: &[f64], markov: DMatrix<f64>, d: DMatrix<f64>, output: &str) -> StateSpace {

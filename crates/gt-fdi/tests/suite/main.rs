@@ -21,7 +21,13 @@ mod fixtures;
 #[cfg(test)]
 mod generator;
 #[cfg(test)]
+mod innovations;
+#[cfg(test)]
+mod kalman;
+#[cfg(test)]
 mod observer;
+#[cfg(test)]
+mod riccati;
 #[cfg(test)]
 mod run_length;
 #[cfg(test)]

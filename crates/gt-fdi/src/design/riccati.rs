@@ -1,0 +1,218 @@
+//! The discrete algebraic Riccati equation of a steady filter.
+
+use gt_core::DimensionError;
+use nalgebra::{Cholesky, DMatrix};
+
+use super::filter_error::FilterError;
+use super::gains::{Gains, Process};
+use super::noise::{check_finite, check_symmetric, symmetrised};
+use super::settling::spectral_radius;
+use crate::FdiError;
+
+/// The largest spectral radius of `A - K C` at which a solution counts as stabilising: slower than
+/// a thousand million samples is not told from never.
+pub const MAX_CLOSED_LOOP_RADIUS: f64 = 1.0 - 1e-9;
+/// The largest relative residual of the equation that is accepted.
+pub const MAX_RICCATI_RESIDUAL: f64 = 1e-8;
+/// Doublings after which the equation is given up; `2^40` steps of the recursion.
+pub const MAX_DOUBLINGS: usize = 40;
+
+/// Newton steps at most, as long as they lessen the residual; one does but for the worst equations.
+const NEWTON_STEPS: usize = 3;
+
+/// The smallest pivot of R, relative to its diagonal, with which the cross term is taken out of the
+/// equation as it stands; below it the equation is shifted first.
+const SMALLEST_PIVOT: f64 = 1e-6;
+
+/// The stabilising solution of a discrete algebraic Riccati equation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Riccati {
+    /// `P (nx x nx)`, symmetric.
+    pub p: DMatrix<f64>,
+    /// Frobenius norm of what the equation's two sides are apart, relative to the largest of those
+    /// of `P`, `A P A'` and `Q`: where an output shows the noise, `P` may be no more than rounding.
+    pub relative_residual: f64,
+    /// Largest modulus of the eigenvalues of `A - K C`, `K = (A P C' + S)(C P C' + R)^-1`.
+    pub spectral_radius: f64,
+    /// Doublings spent.
+    pub iterations: usize,
+}
+
+impl Riccati {
+    /// Solves `P = A P A' - (A P C' + S)(C P C' + R)^-1 (A P C' + S)' + Q` for the `P (nx x nx)`
+    /// that puts the eigenvalues of `A - K C` inside the unit circle.
+    ///
+    /// Shapes: `A (nx x nx)`, `C (ny x nx)`, `Q (nx x nx)`, `R (ny x ny)`, `S (nx x ny)`. The
+    /// equation of a regulator, `X = A'XA - (A'XB + S)(B'XB + R)^-1 (A'XB + S)' + Q`, is that of
+    /// `A'` and `B'`. `Q` and `R` are symmetric, and need be definite in no sense as long as
+    /// `C P C' + R` is positive definite; `A` may be singular.
+    ///
+    /// The cross term goes into `A - S R^-1 C` and `Q - S R^-1 S'`. For a singular `R` the unknown
+    /// is `P - w I` first, which has the same equation with `R + w C C'`, `S + w A C'` and
+    /// `Q + w (A A' - I)`. Then structured doubling (E. K.-W. Chu, H.-Y. Fan, W.-W. Lin,
+    /// C.-S. Wang, Int. J. Control 77, 2004) and Newton's steps on the equation as it was given.
+    ///
+    /// # Errors
+    /// [`FdiError::Dimension`] for sizes that disagree; [`FilterError::NotFinite`],
+    /// [`FilterError::NotSymmetric`]; [`FilterError::SingularInnovation`] when `C P C' + R` is not
+    /// positive definite; [`FilterError::NoSteadySolution`] when the doubling does not converge,
+    /// the residual stays above [`MAX_RICCATI_RESIDUAL`] or the closed loop's spectral radius above
+    /// [`MAX_CLOSED_LOOP_RADIUS`], for example of a pair that is not detectable.
+    pub fn solve(
+        a: &DMatrix<f64>,
+        c: &DMatrix<f64>,
+        q: &DMatrix<f64>,
+        r: &DMatrix<f64>,
+        s: &DMatrix<f64>,
+    ) -> Result<Self, FdiError> {
+        let (nx, ny) = (a.nrows(), c.nrows());
+        DimensionError::check("columns of A", nx, a.ncols())?;
+        DimensionError::check("columns of C", nx, c.ncols())?;
+        DimensionError::check("rows of Q", nx, q.nrows())?;
+        DimensionError::check("rows of R", ny, r.nrows())?;
+        DimensionError::check("rows of S", nx, s.nrows())?;
+        DimensionError::check("columns of S", ny, s.ncols())?;
+        check_symmetric("Q", q)?;
+        check_symmetric("R", r)?;
+        for (name, matrix) in [("A", a), ("C", c), ("S", s)] {
+            check_finite(name, matrix)?;
+        }
+        let (q, r) = (&symmetrised(q), &symmetrised(r));
+        Ok(Self::of(Process { a, c, q, r, s })?)
+    }
+
+    /// As [`Riccati::solve`], of matrices that are known to fit.
+    pub(super) fn of(process: Process) -> Result<Self, FilterError> {
+        let (p, iterations) = reduced(process)?;
+        let mut best = Self::judged(process, p, iterations)?;
+        for _ in 0..NEWTON_STEPS {
+            // From a gain that stabilises: P = F P F' + (what the noise adds).
+            let gains = Gains::of(process, &best.p)?;
+            let refined = stein(gains.closed_loop(process), &gains.added(process))
+                .and_then(|p| Self::judged(process, p, iterations).ok());
+            match refined {
+                Some(refined) if refined.relative_residual < best.relative_residual => {
+                    best = refined;
+                }
+                _ => break,
+            }
+        }
+        if best.relative_residual <= MAX_RICCATI_RESIDUAL
+            && best.spectral_radius <= MAX_CLOSED_LOOP_RADIUS
+        {
+            Ok(best)
+        } else {
+            Err(FilterError::NoSteadySolution {
+                limit: MAX_CLOSED_LOOP_RADIUS,
+                spectral_radius: best.spectral_radius,
+                relative_residual: best.relative_residual,
+                iterations,
+            })
+        }
+    }
+
+    /// A candidate with its residual and its closed loop.
+    fn judged(process: Process, p: DMatrix<f64>, iterations: usize) -> Result<Self, FilterError> {
+        let gains = Gains::of(process, &p)?;
+        // In Joseph's form, which the rounding of the gain enters as its square only: where an
+        // output hardly shows a large P, that of the other form hides the residual.
+        let residual = (gains.next(process, &p) - &p).norm();
+        let carried = process.a * &p * process.a.transpose();
+        let scale = p.norm().max(carried.norm()).max(process.q.norm());
+        Ok(Self {
+            relative_residual: if residual == 0.0 {
+                0.0
+            } else {
+                residual / scale
+            },
+            spectral_radius: spectral_radius(&gains.closed_loop(process)),
+            p,
+            iterations,
+        })
+    }
+}
+
+/// The solution by doubling of the equation without its cross term, shifted where R is singular.
+fn reduced(process: Process) -> Result<(DMatrix<f64>, usize), FilterError> {
+    let Process { a, c, q, r, s } = process;
+    let nx = a.nrows();
+    if let Some(factor) = well_conditioned(r) {
+        return doubling(a, c, q, s, &factor);
+    }
+    let size = q.norm() / (nx.max(1) as f64).sqrt();
+    let shift = if size > 0.0 { size } else { 1.0 };
+    let act = a * c.transpose();
+    let r = symmetrised(&(r + shift * (c * c.transpose())));
+    let s = s + shift * act;
+    let q = q + shift * (a * a.transpose() - DMatrix::identity(nx, nx));
+    let factor = Cholesky::new(r).ok_or(FilterError::SingularInnovation)?;
+    let (p, iterations) = doubling(a, c, &q, &s, &factor)?;
+    Ok((p + shift * DMatrix::identity(nx, nx), iterations))
+}
+
+type Factor = Cholesky<f64, nalgebra::Dyn>;
+
+/// The factor of R, unless R is singular to within [`SMALLEST_PIVOT`].
+fn well_conditioned(r: &DMatrix<f64>) -> Option<Factor> {
+    let factor = Cholesky::new(r.clone())?;
+    let well = (0..r.nrows())
+        .all(|row| factor.l_dirty()[(row, row)] >= SMALLEST_PIVOT * r[(row, row)].sqrt());
+    well.then_some(factor)
+}
+
+/// Structured doubling of `P = F P (I + G P)^-1 F' + H` with `F = A - S R^-1 C`,
+/// `G = C' R^-1 C`, `H = Q - S R^-1 S'`.
+fn doubling(
+    a: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    s: &DMatrix<f64>,
+    r: &Factor,
+) -> Result<(DMatrix<f64>, usize), FilterError> {
+    let nx = a.nrows();
+    let (weighted_c, weighted_s) = (r.solve(c), r.solve(&s.transpose()));
+    let mut f = (a - s * &weighted_c).transpose();
+    let mut g = symmetrised(&(c.transpose() * weighted_c));
+    let mut h = symmetrised(&(q - s * weighted_s));
+    let given_up = |iterations| FilterError::NoSteadySolution {
+        limit: MAX_CLOSED_LOOP_RADIUS,
+        spectral_radius: f64::NAN,
+        relative_residual: f64::NAN,
+        iterations,
+    };
+    for iteration in 1..=MAX_DOUBLINGS {
+        let factor = (DMatrix::identity(nx, nx) + &g * &h).lu();
+        let (Some(of_f), Some(of_g)) = (factor.solve(&f), factor.solve(&g)) else {
+            return Err(given_up(iteration));
+        };
+        let step = symmetrised(&(f.transpose() * &h * &of_f));
+        g = symmetrised(&(&g + &f * of_g * f.transpose()));
+        h += &step;
+        f = &f * of_f;
+        let (change, norm) = (step.norm(), h.norm());
+        if !(change.is_finite() && norm.is_finite()) {
+            return Err(given_up(iteration));
+        }
+        if change <= f64::EPSILON * norm {
+            return Ok((h, iteration));
+        }
+    }
+    Err(given_up(MAX_DOUBLINGS))
+}
+
+/// `X = F X F' + M` by squaring F, or `None` when the sum does not converge.
+fn stein(mut f: DMatrix<f64>, m: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let mut x = symmetrised(m);
+    for _ in 0..MAX_DOUBLINGS {
+        let step = symmetrised(&(&f * &x * f.transpose()));
+        x += &step;
+        f = &f * &f;
+        if !x.norm().is_finite() {
+            return None;
+        }
+        if step.norm() <= f64::EPSILON * x.norm() {
+            return Some(x);
+        }
+    }
+    None
+}
