@@ -14,6 +14,7 @@ mod operating_point;
 pub mod qp;
 mod signal;
 mod state_space;
+mod stored_matrix;
 mod trend;
 
 pub use dataset::Dataset;
@@ -21,4 +22,5 @@ pub use error::{DataError, DimensionError, ModelError};
 pub use operating_point::OperatingPoint;
 pub use signal::{Signal, index_of};
 pub use state_space::StateSpace;
+pub use stored_matrix::stored_matrix;
 pub use trend::Trend;

@@ -1,10 +1,9 @@
 //! A checked discrete state-space model.
 
 use nalgebra::{Complex, DMatrix, DVector, Schur};
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
-use crate::{DimensionError, ModelError, Signal};
+use crate::{DimensionError, ModelError, Signal, stored_matrix};
 
 /// Iterations per eigenvalue after which the Schur form is given up; LAPACK allows 30.
 const SCHUR_ITERATIONS_PER_EIGENVALUE: usize = 100;
@@ -41,19 +40,6 @@ struct Unchecked {
     sample_time_s: f64,
     inputs: Vec<Signal>,
     outputs: Vec<Signal>,
-}
-
-/// Reads `[entries by columns, rows, columns]`. nalgebra multiplies the sizes unchecked, so that a
-/// file with huge ones would overflow there.
-fn stored_matrix<'de, D: Deserializer<'de>>(source: D) -> Result<DMatrix<f64>, D::Error> {
-    let (entries, rows, columns) = <(Vec<f64>, usize, usize)>::deserialize(source)?;
-    if rows.checked_mul(columns) != Some(entries.len()) {
-        let found = entries.len();
-        return Err(D::Error::custom(format!(
-            "matrix: expected {rows} x {columns} entries, found {found}"
-        )));
-    }
-    Ok(DMatrix::from_vec(rows, columns, entries))
 }
 
 impl TryFrom<Unchecked> for StateSpace {

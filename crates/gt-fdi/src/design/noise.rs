@@ -1,9 +1,8 @@
 //! The noise that a Kalman filter is designed for.
 
-use gt_core::{DimensionError, StateSpace};
+use gt_core::{DimensionError, StateSpace, stored_matrix};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use super::filter_error::FilterError;
 use crate::FdiError;
@@ -41,19 +40,6 @@ struct Unchecked {
     r: DMatrix<f64>,
     #[serde(deserialize_with = "stored_matrix")]
     s: DMatrix<f64>,
-}
-
-/// Reads `[entries by columns, rows, columns]`, as in the file of a [`StateSpace`]: nalgebra itself
-/// would multiply sizes unchecked.
-fn stored_matrix<'de, D: Deserializer<'de>>(source: D) -> Result<DMatrix<f64>, D::Error> {
-    let (entries, rows, columns) = <(Vec<f64>, usize, usize)>::deserialize(source)?;
-    if rows.checked_mul(columns) != Some(entries.len()) {
-        let found = entries.len();
-        return Err(D::Error::custom(format!(
-            "matrix: expected {rows} x {columns} entries, found {found}"
-        )));
-    }
-    Ok(DMatrix::from_vec(rows, columns, entries))
 }
 
 impl TryFrom<Unchecked> for NoiseCovariance {
