@@ -12,7 +12,7 @@ use super::records::{IDENTIFICATION_PROFILE, IDENTIFICATION_S};
 use super::tables::{Table7Row, Table8Row};
 use super::twin::{Pair, Twin, deviation};
 use crate::error::{CampaignError, During as _};
-use crate::paper::{self, Monitored};
+use crate::paper;
 use crate::progress::Progress;
 
 /// Seeds that are looked at, from that of the run on.
@@ -101,7 +101,7 @@ fn record(seed: u64, run_index: u64) -> Result<Pair, CampaignError> {
     if let Some(reason) = run.ended {
         return Err(reason).during(&what);
     }
-    let tags: Vec<&str> = paper::watched().map(|output| output.tag).collect();
+    let tags = paper::EIV_OUTPUTS.map(|output| output.tag);
     Ok(Pair {
         clean: run.truth.select(&paper::INPUTS, &tags).during(&what)?,
         noisy: run.measured.select(&paper::INPUTS, &tags).during(&what)?,
@@ -212,20 +212,23 @@ fn table7_rows(fits: &[&Fit]) -> Vec<Table7Row> {
             .flatten()
     };
     let first = fits[0];
-    let rows = paper::watched().enumerate().map(|(output, monitored)| {
-        let [identification, validation] = first.errors[output];
-        Table7Row {
-            plant: first.plant.name(),
-            order: first.order,
-            output: monitored.tag.to_owned(),
-            label: monitored.eiv_label.to_owned(),
-            paper: monitored.eiv_error,
-            identification,
-            validation,
-            worst_identification: worst(output, 0),
-            worst_validation: worst(output, 1),
-        }
-    });
+    let rows = paper::EIV_OUTPUTS
+        .iter()
+        .enumerate()
+        .map(|(output, printed)| {
+            let [identification, validation] = first.errors[output];
+            Table7Row {
+                plant: first.plant.name(),
+                order: first.order,
+                output: printed.tag.to_owned(),
+                label: printed.label.to_owned(),
+                paper: printed.error,
+                identification,
+                validation,
+                worst_identification: worst(output, 0),
+                worst_validation: worst(output, 1),
+            }
+        });
     rows.collect()
 }
 
@@ -242,11 +245,11 @@ fn put_in(tag: &str) -> Result<f64, CampaignError> {
 /// The noise of all channels of one plant, outputs first.
 fn table8_rows(fits: &[&Fit], records: &[Seed]) -> Result<Vec<Table8Row>, CampaignError> {
     let place = fits[0].plant as usize;
-    let outputs: Vec<&Monitored> = paper::watched().collect();
+    let outputs = paper::EIV_OUTPUTS;
     let inputs = paper::INPUTS.iter().zip(paper::EIV_INPUT_NOISE);
     let channels = outputs
         .iter()
-        .map(|output| (output.tag, output.eiv_label, output.eiv_noise))
+        .map(|output| (output.tag, output.label, output.noise))
         .chain(inputs.map(|(tag, noise)| (*tag, "input", noise)));
     let rows = channels.enumerate().map(|(channel, (tag, label, paper))| {
         let put_in = put_in(tag)?;
