@@ -20,8 +20,8 @@ pub struct Validation {
     pub outputs: Vec<OutputFit>,
     /// Whether the errors one step ahead are white and independent of past inputs, on the longest
     /// record. Taken for another record than that of the fit while it is that one, or a part of it,
-    /// the tests are cautious: they reject too seldom. `None` where the record is too short for a
-    /// test or its errors are rounding only.
+    /// the tests are cautious: they reject too seldom. `None` where no test was asked for, the
+    /// record is too short for one or its errors are rounding only.
     pub residuals: Option<ResidualVerdict>,
 }
 
@@ -56,12 +56,15 @@ pub struct OutputFit {
 /// |---|---|---|
 /// | `origin` | `Fresh` | what a single record is to the model; one of several is taken as fresh |
 /// | `start` | `Measured` | where free runs start; `Fitted` for records that are noisy, above all for the relation of an errors-in-variables model |
+/// | `residual_tests` | yes | whether the one-step errors are tested: most of the time of a validation |
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ValidationOptions {
     /// What the record is to the model.
     pub origin: RecordOrigin,
     /// Where a free run starts.
     pub start: Start,
+    /// Whether the one-step errors are tested.
+    pub residual_tests: bool,
 }
 
 impl Default for ValidationOptions {
@@ -69,6 +72,7 @@ impl Default for ValidationOptions {
         Self {
             origin: RecordOrigin::Fresh,
             start: Start::Measured,
+            residual_tests: true,
         }
     }
 }
@@ -138,8 +142,13 @@ pub fn validate_records(
     } else {
         RecordOrigin::Fresh
     };
+    let residuals = if options.residual_tests {
+        residual_verdict(model, longest, longest.len() - lag, origin)?
+    } else {
+        None
+    };
     Ok(Validation {
-        residuals: residual_verdict(model, longest, longest.len() - lag, origin)?,
+        residuals,
         rows: lag..lag + count,
         outputs,
     })

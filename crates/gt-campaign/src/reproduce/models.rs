@@ -2,7 +2,7 @@
 
 use gtfdi::core::Dataset;
 use gtfdi::fdi::ResidualGenerator;
-use gtfdi::ident::{Arx, ArxModel, OrderKind, Validation, validate};
+use gtfdi::ident::{Arx, ArxModel, OrderKind, Validation, ValidationOptions, validate_records};
 use rayon::prelude::*;
 
 use super::records::Records;
@@ -39,7 +39,11 @@ impl Identified {
             .structure(paper::ORDER, 1)
             .during(&what)?;
         let model = Arx::new(structure).fit(&data[0]).during(&what)?;
-        let score = |index: usize| validate(&model, &data[index]).during(&what);
+        let options = ValidationOptions {
+            residual_tests: false,
+            ..ValidationOptions::default()
+        };
+        let score = |index: usize| validate_records(&model, &[&data[index]], options).during(&what);
         let validations = [score(0)?, score(1)?, score(2)?];
         Ok(Self {
             monitored,

@@ -142,6 +142,7 @@ fn fit(
     let score = |pair: &Pair| {
         let options = ValidationOptions {
             start: Start::Fitted,
+            residual_tests: false,
             ..ValidationOptions::default()
         };
         let validation = validate_records(model.relation(), &[&pair.clean], options);

@@ -111,12 +111,12 @@ fn validation_from_a_fitted_start_forgets_the_noise_of_the_first_samples() {
     let measured = validate(&model, &data).unwrap().outputs.remove(0);
     let options = ValidationOptions {
         start: Start::Fitted,
+        residual_tests: false,
         ..ValidationOptions::default()
     };
-    let fitted = validate_records(&model, &[&data], options)
-        .unwrap()
-        .outputs
-        .remove(0);
+    let mut fitted = validate_records(&model, &[&data], options).unwrap();
+    assert_eq!(fitted.residuals, None);
+    let fitted = fitted.outputs.remove(0);
     assert_eq!(measured.sse_prediction, fitted.sse_prediction);
     // The error 3 x 0.995^t over 300 samples has a mean square of 9 (1 - e^-3) / 3 = 2.85.
     assert!((measured.sse_simulation.unwrap() / 2.85 - 1.0).abs() < 0.1);

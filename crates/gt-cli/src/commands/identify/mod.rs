@@ -98,6 +98,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
     let options = ValidationOptions {
         origin: records.origin,
         start,
+        residual_tests: start == Start::Measured,
     };
     let scores = validate_records(model, &records.validation(), options)
         .map_err(|error| records.refused_validation(&error))?;
@@ -139,7 +140,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         holdout: records.holdout.as_ref(),
         outputs: output_reports(model, &scores),
         standard_errors: standard_errors(model),
-        residuals: scores.residuals.as_ref().filter(|_| eiv.is_none()),
+        residuals: scores.residuals.as_ref(),
         constraints: identified.constrained.as_deref(),
         refinement: identified.refined.as_deref(),
         noise_variances: eiv.map(noise_variances),

@@ -71,7 +71,13 @@ pub fn on_record(
     } else {
         Start::Measured
     };
-    let scores = validate_records(model, &[data], ValidationOptions { origin, start })
+    // They are asked for below, with options of their own.
+    let without_tests = ValidationOptions {
+        origin,
+        start,
+        residual_tests: false,
+    };
+    let scores = validate_records(model, &[data], without_tests)
         .map_err(|error| Failure::in_file(path, error))?;
     let mut findings = fits(&scores.outputs);
     let options = options(args, data.len().saturating_sub(model.max_lag()), origin);
