@@ -26,7 +26,7 @@ pub struct Validation {
 }
 
 /// The errors of one output. `prediction` is one step ahead, `simulation` is the free run from the
-/// first `max_lag` measured outputs, `None` where that diverges.
+/// [`Start`] that was asked for, `None` where that diverges.
 ///
 /// With `e = y - yhat` over the rows that count: fit `= 100 (1 - |e| / |y - mean y|)`,
 /// PPCRE `= 100 std(e) / std(y)`, SSE `= mean(e^2) / var(y)`; population moments.

@@ -9,6 +9,7 @@ use gtfdi::plant::{
 use rayon::prelude::*;
 
 use super::records::{IDENTIFICATION_PROFILE, IDENTIFICATION_S};
+use super::seeds;
 use super::tables::{Table7Row, Table8Row};
 use super::twin::{Pair, Twin, deviation};
 use crate::error::{CampaignError, During as _};
@@ -207,10 +208,7 @@ pub fn tables(
 /// The rows of one plant and order, from the fits of all seeds.
 fn table7_rows(fits: &[&Fit]) -> Vec<Table7Row> {
     let worst = |output: usize, record: usize| {
-        let errors = fits.iter().map(|fit| fit.errors[output][record]);
-        errors
-            .reduce(|worst, error| Some(worst?.max(error?)))
-            .flatten()
+        seeds::worst(fits.iter().map(|fit| fit.errors[output][record]))
     };
     let first = fits[0];
     let rows = paper::EIV_OUTPUTS

@@ -102,7 +102,7 @@ fn with_profile(profile: &str, seeds: &[u64]) -> Result<Table6Seeds, CampaignErr
 }
 
 /// The largest error; none where one free run diverges.
-fn worst(errors: impl Iterator<Item = Option<f64>>) -> Option<f64> {
+pub(super) fn worst(errors: impl Iterator<Item = Option<f64>>) -> Option<f64> {
     errors
         .reduce(|worst, error| Some(worst?.max(error?)))
         .flatten()
