@@ -8,12 +8,28 @@
 //! fault diagnosis of an industrial gas turbine prototype*, Mechatronics 16 (2006), section 4.2,
 //! called *the paper* in this crate; its equation numbers are quoted.
 
+//!
+//! # Features
+//!
+//! | feature | default | what it adds |
+//! |---|---|---|
+//! | `design` | yes | [`design`] and [`FdiError`], which need std |
+//!
+//! Without it, [`runtime`] is left, for targets that have `core` and `alloc` only.
+
+#![cfg_attr(not(feature = "design"), no_std)]
+
 extern crate alloc;
 
+#[cfg(feature = "design")]
 pub mod design;
+#[cfg(feature = "design")]
 mod error;
 pub mod runtime;
 
+#[cfg(feature = "design")]
+pub use design::RunSumRunLength;
+#[cfg(feature = "design")]
 pub use design::{
     Alarm, Bank, BankRun, Calibration, CusumRunLength, EivKalman, ExceedanceRunLength,
     FalseAlarmRate, FalseAlarmSummary, Feature, FilterError, FilterRun, FixedThreshold, Innovation,
@@ -21,7 +37,12 @@ pub use design::{
     SimulatedRunLength, SimulatedRuns, ThresholdRule, TimeVaryingKalman, calibrate, count_alarms,
     feature, mean_delay_bound, place, signature,
 };
+#[cfg(feature = "design")]
 pub use error::FdiError;
+pub use runtime::{
+    AdaptiveThreshold, GrowingChiSquare, GrowingVariance, Growth, RunSum, ShiryaevRoberts,
+    Whiteness, WindowedVariance,
+};
 pub use runtime::{
     Change, ChannelVerdict, Cusum, Decision, Detector, ExceedanceRun, Glr, MovingAverage, Sides,
     Sprt, SprtDecision, Statistic, StatisticError, StepError, Verdict, Waveform, WindowedChiSquare,

@@ -12,6 +12,7 @@
 //! |---|---|
 //! | [`Cusum`](crate::runtime::Cusum) | [`CusumRunLength`], from an integral equation |
 //! | a limit, or a number of samples in a row beyond it | [`ExceedanceRunLength`], closed form |
+//! | [`RunSum`](crate::runtime::RunSum) | [`RunSumRunLength`], from a Markov chain |
 //! | any [`Statistic`](crate::runtime::Statistic) | [`SimulatedRuns`], with an interval |
 //! | none can be faster | [`mean_delay_bound`] |
 
@@ -49,6 +50,7 @@ pub use run_length::{
     CusumRunLength, ExceedanceRunLength, MAX_CONSECUTIVE, MAX_CUSUM_THRESHOLD, MAX_RUN_LENGTH,
     MIN_ALARMS, SimulatedRunLength, SimulatedRuns, mean_delay_bound,
 };
+pub use run_length::{MAX_RUN_SUM_THRESHOLD, RunSumRunLength};
 pub use signature::{Feature, SignatureMatrix, feature, signature};
 pub use threshold::{FixedThreshold, ThresholdRule};
 pub use time_varying::TimeVaryingKalman;

@@ -26,8 +26,8 @@ pub struct Decision {
 ///   for windows and onsets, is the number of samples that were not missing.
 /// - **Huge samples.** A residual beyond [`LARGEST_SAMPLE`] counts as that, so that no sum
 ///   overflows.
-/// - **Start.** Windows that are not yet full hold zeros (averages) or are not looked at (likelihood
-///   ratios).
+/// - **Start.** Windows that are not yet full hold zeros (averages, sums of squares) or are not
+///   looked at (likelihood ratios, variances, correlations): then the value is 0.
 /// - **Alarm.** It is up while the value is above the threshold; nothing resets by itself.
 pub trait Statistic {
     /// Takes the residual `r` (in standard deviations) into account.
