@@ -114,9 +114,8 @@ fn the_runtime_of_gt_fdi_stands_on_three_crates() {
     let found: BTreeSet<&str> = always.iter().map(|d| d.name.as_str()).collect();
     assert_eq!(found, BTreeSet::from(RUNTIME));
     for dependency in always {
-        // libm has one default feature, which has nothing to do with std.
         assert!(
-            !dependency.uses_default_features || dependency.name == "libm",
+            !dependency.uses_default_features,
             "{} with its default features",
             dependency.name
         );

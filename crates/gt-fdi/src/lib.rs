@@ -7,7 +7,6 @@
 //! Source of the method: S. Simani, C. Fantuzzi, *Dynamic system identification and model-based
 //! fault diagnosis of an industrial gas turbine prototype*, Mechatronics 16 (2006), section 4.2,
 //! called *the paper* in this crate; its equation numbers are quoted.
-
 //!
 //! # Features
 //!
@@ -31,11 +30,12 @@ pub mod runtime;
 pub use design::RunSumRunLength;
 #[cfg(feature = "design")]
 pub use design::{
-    Alarm, Bank, BankRun, Calibration, CusumRunLength, EivKalman, ExceedanceRunLength,
+    Alarm, Bank, BankRun, Calibration, CusumRunLength, EivKalman, Evaluation, ExceedanceRunLength,
     FalseAlarmRate, FalseAlarmSummary, Feature, FilterError, FilterRun, FixedThreshold, Innovation,
-    KalmanFilter, NoiseCovariance, OutputDetector, ResidualGenerator, Riccati, SignatureMatrix,
-    SimulatedRunLength, SimulatedRuns, ThresholdRule, TimeVaryingKalman, calibrate, count_alarms,
-    feature, mean_delay_bound, place, signature,
+    KalmanFilter, MeanTime, NoiseCovariance, ResidualGenerator, ResidualTest, Riccati,
+    SUPPORTED_FACTOR, SignatureMatrix, SimulatedRunLength, SimulatedRuns, StatisticKind,
+    ThresholdRule, TimeVaryingKalman, Whitening, calibrate, count_alarms, feature,
+    mean_delay_bound, place, signature,
 };
 #[cfg(feature = "design")]
 pub use error::FdiError;
@@ -44,6 +44,7 @@ pub use runtime::{
     Whiteness, WindowedVariance,
 };
 pub use runtime::{
-    Change, ChannelVerdict, Cusum, Decision, Detector, ExceedanceRun, Glr, MovingAverage, Sides,
-    Sprt, SprtDecision, Statistic, StatisticError, StepError, Verdict, Waveform, WindowedChiSquare,
+    Change, ChannelVerdict, Cusum, Decision, Detector, DetectorState, Estimate, Evaluator,
+    ExceedanceRun, Glr, Modulus, MovingAverage, Persistence, ResumeError, Sides, Sprt,
+    SprtDecision, Statistic, StatisticError, StepError, Verdict, Waveform, WindowedChiSquare,
 };

@@ -6,8 +6,8 @@ use core::hint::black_box;
 
 use gt_fdi::runtime::{
     AdaptiveThreshold, Cusum, Detector, ExceedanceRun, Glr, GrowingChiSquare, GrowingVariance,
-    Growth, MovingAverage, RunSum, ShiryaevRoberts, Sides, Sprt, Statistic, StatisticError,
-    Waveform, Whiteness, WindowedChiSquare, WindowedVariance,
+    Growth, Modulus, MovingAverage, Persistence, RunSum, ShiryaevRoberts, Sides, Sprt, Statistic,
+    StatisticError, Waveform, Whiteness, WindowedChiSquare, WindowedVariance,
 };
 
 use crate::bump;
@@ -51,7 +51,7 @@ pub fn run() -> i32 {
             if adaptive.step(&[input], r).is_err() {
                 return 5;
             }
-            row.update(f64::from(sample), r, 1.5);
+            row.update(f64::from(sample), r, 1.5, Persistence::consecutive(4));
         }
         for (number, (statistic, expected)) in (10..).zip(&cases) {
             if (statistic.value() - expected).abs() > TOLERANCE {
@@ -62,7 +62,7 @@ pub fn run() -> i32 {
     if bump::used() != before {
         return 6;
     }
-    if row.length() != 4 || adaptive.limit() <= 1.0 {
+    if row.length() != 4 || !row.alarm() || adaptive.limit() <= 1.0 {
         return 7;
     }
     // The detector is linked, step and all, though it is made elsewhere.
@@ -89,6 +89,7 @@ fn cases() -> Result<Vec<Case>, StatisticError> {
     // Four times 2 - 0.5.
     case(Box::new(Cusum::new(0.5, 5.0, both)?), 6.0);
     case(Box::new(MovingAverage::new(8, 1.0, both)?), 1.0);
+    case(Box::new(Modulus::new(3.0)), 2.0);
     // Four of 1 and four of 4.
     case(Box::new(WindowedChiSquare::new(8, 50.0)?), 20.0);
     // The last four: a step of 2, half of 4 x 4; a ramp of 20 / 30 a sample, half of 400 / 30.

@@ -5,20 +5,25 @@
 //! its feature `design` is this module.
 
 // What only the design half makes and calls is idle without it.
-#[cfg_attr(not(feature = "design"), allow(dead_code))]
-mod detector;
-#[cfg_attr(not(feature = "design"), allow(dead_code))]
-mod generator;
-mod statistic;
-mod statistics;
+#![cfg_attr(not(feature = "design"), allow(dead_code, unused_imports))]
 
-#[cfg(feature = "design")]
-pub(crate) use detector::Channel;
-pub use detector::{ChannelVerdict, Detector, StepError, Verdict};
-#[cfg(feature = "design")]
-pub(crate) use generator::Matrices;
-pub(crate) use generator::{Generator, Update};
-pub use statistic::ExceedanceRun;
+mod channel;
+mod detector;
+mod detector_state;
+mod evaluator;
+mod exceedance_run;
+mod generator;
+mod statistics;
+mod whitener;
+
+pub use channel::ChannelVerdict;
+pub(crate) use channel::{Channel, ChannelParts};
+pub(crate) use detector::Parts;
+pub use detector::{Detector, StepError, Verdict};
+pub use detector_state::{DetectorState, ResumeError};
+pub use evaluator::{Estimate, Evaluator, Modulus};
+pub use exceedance_run::{ExceedanceRun, Persistence};
+pub(crate) use generator::{Generator, Matrices, Update};
 pub use statistics::AdaptiveThreshold;
 pub use statistics::RunSum;
 pub use statistics::ShiryaevRoberts;
@@ -29,3 +34,4 @@ pub use statistics::{
 };
 pub use statistics::{GrowingChiSquare, GrowingVariance, Growth};
 pub use statistics::{MAX_LAGS, Whiteness};
+pub(crate) use whitener::{Whitener, Whitening};

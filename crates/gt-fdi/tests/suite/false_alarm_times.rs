@@ -11,8 +11,8 @@ use gt_fdi::design::{
 };
 use gt_fdi::runtime::{
     AdaptiveThreshold, Cusum, ExceedanceRun, Glr, GrowingChiSquare, GrowingVariance, Growth,
-    MovingAverage, RunSum, ShiryaevRoberts, Sides, Sprt, SprtDecision, Statistic, Waveform,
-    Whiteness, WindowedChiSquare, WindowedVariance,
+    Modulus, MovingAverage, Persistence, RunSum, ShiryaevRoberts, Sides, Sprt, SprtDecision,
+    Statistic, Waveform, Whiteness, WindowedChiSquare, WindowedVariance,
 };
 
 use crate::simulation::white;
@@ -96,7 +96,8 @@ fn limits_and_rows() {
     }
     impl Statistic for Row {
         fn take(&mut self, r: f64) {
-            self.run.update(0.0, r, self.limit);
+            let wait = Persistence::consecutive(self.consecutive);
+            self.run.update(0.0, r.abs(), self.limit, wait);
         }
         fn reset(&mut self) {
             self.run.clear();
@@ -123,6 +124,8 @@ fn limits_and_rows() {
         let single = MovingAverage::new(1, limit, sides).unwrap();
         assert_counted("limit", single, 800.0, 0.0);
     }
+    let limit = ExceedanceRunLength::limit_for(1, both, 600.0).unwrap();
+    assert_counted("modulus", Modulus::new(limit), 600.0, 0.0);
 }
 
 #[test]

@@ -1,48 +1,30 @@
-//! `gtfdi design`: a model and healthy records to a bank of detectors.
+//! `gtfdi design`: a model and healthy records to a bank of generators and tests.
+
+mod poles;
+mod report;
+mod statistic;
 
 use std::path::{Path, PathBuf};
 
+use gt_campaign::{TestPlan, Watch, kalman_generator};
 use gt_log::{ModelFile, read_json, write_json};
 use gtfdi::core::Dataset;
-use gtfdi::fdi::{
-    Bank, FalseAlarmRate, FdiError, OutputDetector, ResidualGenerator, ThresholdRule,
-};
-use serde::Serialize;
+use gtfdi::fdi::{Bank, FdiError, ResidualGenerator, ResidualTest, StatisticError, ThresholdRule};
+use gtfdi::ident::ArxModel;
+use gtfdi::ident::eiv::EivModel;
 
+use self::poles::{check_tags, poles};
+use self::report::{Report, test_reports, text, unsupported};
 use super::SCHEMA_VERSION;
-use super::poles::{check_tags, poles};
 use crate::Outcome;
-use crate::cli::{DesignArgs, GeneratorKind, GlobalArgs, Statistic};
+use crate::cli::{DesignArgs, GeneratorKind, GlobalArgs, Statistic, WatchKind};
 use crate::config::layered;
 use crate::failure::Failure;
-use crate::output::{complain, number, print, print_json, table};
+use crate::output::{complain, number, print, print_json};
 use crate::record::{check_out, read_for, selection_for};
 
-/// The bank's name, part of its topics in a log.
-const BANK_NAME: &str = "observers";
-
-#[derive(Serialize)]
-struct DetectorReport<'a> {
-    output: &'a str,
-    poles: &'a [f64],
-    limit: f64,
-    consecutive: usize,
-    settle_samples: usize,
-    exceedance_share_cross_validated: f64,
-    false_alarms_in_sample: FalseAlarmRate,
-    false_alarms_cross_validated: FalseAlarmRate,
-}
-
-#[derive(Serialize)]
-struct Report<'a> {
-    schema_version: u32,
-    generator: GeneratorKind,
-    statistic: Statistic,
-    healthy_records: usize,
-    detectors: Vec<DetectorReport<'a>>,
-    warnings: Vec<String>,
-    out: &'a Path,
-}
+/// The mean time between false alarms where nobody asks for another, in hours.
+const DEFAULT_ARL0_HOURS: f64 = 24.0;
 
 fn rule(args: &DesignArgs) -> Result<ThresholdRule, Failure> {
     let given = |default: usize| args.consecutive.unwrap_or(default);
@@ -55,9 +37,17 @@ fn rule(args: &DesignArgs) -> Result<ThresholdRule, Failure> {
             hours: parse_hours(time)?,
             consecutive: given(1),
         },
-        (None, None) => ThresholdRule::Margin {
-            factor: args.margin.unwrap_or(ThresholdRule::DEFAULT_MARGIN),
-            consecutive: given(1),
+        (None, None) => match (args.margin, args.statistic) {
+            (None, Some(statistic)) if statistic != Statistic::Threshold => {
+                ThresholdRule::MeanTimeBetweenFalseAlarms {
+                    hours: DEFAULT_ARL0_HOURS,
+                    consecutive: given(1),
+                }
+            }
+            (factor, _) => ThresholdRule::Margin {
+                factor: factor.unwrap_or(ThresholdRule::DEFAULT_MARGIN),
+                consecutive: given(1),
+            },
         },
     };
     rule.validate().map_err(|error| match error {
@@ -119,6 +109,9 @@ fn refused(
             let time = args.arl0.as_deref().unwrap_or_default();
             return Failure::input(format!("--arl0 {time}: {error}"));
         }
+        FdiError::Statistic(StatisticError::Window { .. }) => {
+            return Failure::input(format!("--window: {error}"));
+        }
         FdiError::HealthySamples { record, .. } => Some(*record),
         FdiError::SampleTime { found_s, .. } => healthy
             .iter()
@@ -158,11 +151,25 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     if healthy_paths.is_empty() {
         return Err(Failure::missing("--healthy", "--healthy run.csv"));
     }
-    let rule = rule(&args)?;
+    let generator = args.generator.unwrap_or(GeneratorKind::Observer);
+    if generator == GeneratorKind::Kalman && args.poles.is_some() {
+        return Err(Failure::input(
+            "--poles: expected with --generator observer, found kalman, which chooses its own",
+        ));
+    }
+    let plan = TestPlan {
+        statistic: statistic::statistic(&args)?,
+        rule: rule(&args)?,
+        watch: match args.watch {
+            None | Some(WatchKind::Outputs) => Watch::Outputs,
+            Some(WatchKind::Joint) => Watch::Joint,
+            Some(WatchKind::Both) => Watch::Both,
+        },
+    };
     check_out(out, &[&[model_path.as_path()], &healthy_paths[..]].concat())?;
-    let model = read_json::<ModelFile>(model_path)
-        .map_err(Failure::input)?
-        .model;
+    let file = read_json::<ModelFile>(model_path).map_err(Failure::input)?;
+    let noise = file.eiv().map_err(|e| Failure::in_file(model_path, e))?;
+    let model = file.model;
     let wishes = args.poles.clone().unwrap_or_default();
     check_tags(&wishes, model.outputs(), model_path)?;
 
@@ -175,29 +182,41 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         healthy.push(read.imported.dataset);
         warnings.extend(read.warnings);
     }
-    let mut detectors = Vec::new();
+    let mut generators = Vec::new();
     for (index, output) in model.outputs().iter().enumerate() {
-        let part = model
-            .output_model(index)
-            .map_err(|e| Failure::in_file(model_path, e))?;
-        let poles = poles(&wishes, &output.name, part.model.nx())?;
-        let detector = ResidualGenerator::observer(part.model, part.point, &poles)
-            .and_then(|generator| OutputDetector::calibrate(generator, &healthy, rule))
-            .map_err(|error| refused(&error, &args, &output.name, &healthy_paths, &healthy))?;
-        if let Some(warning) = useless(&detector, index, &healthy) {
-            complain(&format!("warning: {warning}"));
-            warnings.push(warning);
-        }
-        detectors.push(detector);
+        let made = design_generator(
+            &model,
+            noise.as_ref(),
+            index,
+            generator,
+            &wishes,
+            model_path,
+        )?;
+        generators.push(
+            made.map_err(|error| refused(&error, &args, &output.name, &healthy_paths, &healthy))?,
+        );
     }
-    let bank = Bank::new(BANK_NAME, detectors).map_err(Failure::input)?;
+    let tests = plan
+        .tests(&generators, &healthy)
+        .map_err(|(name, error)| refused(&error, &args, &name, &healthy_paths, &healthy))?;
+    let useless = tests
+        .iter()
+        .filter_map(|test| useless(test, &model, &healthy));
+    let found: Vec<String> = useless
+        .chain(tests.iter().filter_map(unsupported))
+        .collect();
+    for warning in &found {
+        complain(&format!("warning: {warning}"));
+    }
+    warnings.extend(found);
+    let bank = Bank::new(bank_name(generator), generators, tests).map_err(Failure::input)?;
     write_json(out, &bank).map_err(Failure::failed)?;
     let report = Report {
         schema_version: SCHEMA_VERSION,
-        generator: GeneratorKind::Observer,
-        statistic: Statistic::Threshold,
+        generator,
+        statistic: args.statistic.unwrap_or(Statistic::Threshold),
         healthy_records: healthy.len(),
-        detectors: bank.detectors().iter().map(detector_report).collect(),
+        detectors: test_reports(&bank),
         warnings,
         out,
     };
@@ -209,9 +228,45 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// What to say of a limit beyond everything that the output, row `index` of the records, did.
-fn useless(detector: &OutputDetector, index: usize, healthy: &[Dataset]) -> Option<String> {
-    let (name, limit) = (detector.name(), detector.threshold.limit);
+/// The bank's name, part of its topics in a log.
+fn bank_name(generator: GeneratorKind) -> &'static str {
+    match generator {
+        GeneratorKind::Observer => "observers",
+        GeneratorKind::Kalman => "filters",
+    }
+}
+
+/// The residual generator of one output; the outer error is of the options or the model's file.
+fn design_generator(
+    model: &ArxModel,
+    noise: Option<&EivModel>,
+    output: usize,
+    kind: GeneratorKind,
+    wishes: &[String],
+    model_path: &Path,
+) -> Result<Result<ResidualGenerator, FdiError>, Failure> {
+    let part = model
+        .output_model(output)
+        .map_err(|e| Failure::in_file(model_path, e))?;
+    Ok(match kind {
+        GeneratorKind::Observer => {
+            let poles = poles(wishes, &model.outputs()[output].name, part.model.nx())?;
+            ResidualGenerator::observer(part.model, part.point, &poles)
+        }
+        GeneratorKind::Kalman => kalman_generator(model, noise, output, part),
+    })
+}
+
+/// What to say of a limit on the residual as it is beyond everything that its output did.
+fn useless(test: &ResidualTest, model: &ArxModel, healthy: &[Dataset]) -> Option<String> {
+    if test.evaluation.whitening.is_some() {
+        return None;
+    }
+    let outputs = model.outputs().iter();
+    let index = outputs
+        .map(|signal| &signal.name)
+        .position(|name| *name == test.name)?;
+    let (name, limit) = (&test.name, test.threshold.limit);
     let values = healthy.iter().map(|data| data.y().row(index));
     let high = values.clone().map(|row| row.max()).fold(f64::MIN, f64::max);
     let low = values.map(|row| row.min()).fold(f64::MAX, f64::min);
@@ -223,60 +278,6 @@ fn useless(detector: &OutputDetector, index: usize, healthy: &[Dataset]) -> Opti
             number(Some(high - low))
         )
     })
-}
-
-fn detector_report(detector: &OutputDetector) -> DetectorReport<'_> {
-    let rates = &detector.false_alarms;
-    DetectorReport {
-        output: detector.name(),
-        poles: detector.generator.poles(),
-        limit: detector.threshold.limit,
-        consecutive: detector.threshold.consecutive,
-        settle_samples: detector.generator.settle_samples(),
-        exceedance_share_cross_validated: rates.cross_validated_exceedance_share,
-        false_alarms_in_sample: rates.in_sample,
-        false_alarms_cross_validated: rates.cross_validated,
-    }
-}
-
-fn text(report: &Report) -> String {
-    let rows: Vec<Vec<String>> = report
-        .detectors
-        .iter()
-        .map(|detector| {
-            let rate = &detector.false_alarms_cross_validated;
-            vec![
-                detector.output.to_owned(),
-                number(Some(detector.limit)),
-                detector.consecutive.to_string(),
-                number(Some(100.0 * detector.exceedance_share_cross_validated)),
-                format!("{} in {} h", rate.alarms, number(Some(rate.hours))),
-                format!(
-                    "{} ({} .. {})",
-                    number(Some(rate.per_hour)),
-                    number(Some(rate.per_hour_low)),
-                    number(Some(rate.per_hour_high))
-                ),
-            ]
-        })
-        .collect();
-    format!(
-        "{}: {} detectors from {} healthy records; rates are cross-validated, with 95 % intervals\n{}",
-        report.out.display(),
-        report.detectors.len(),
-        report.healthy_records,
-        table(
-            &[
-                "output",
-                "limit",
-                "in a row",
-                "above limit %",
-                "false alarms",
-                "per hour"
-            ],
-            &rows
-        )
-    )
 }
 
 #[cfg(test)]
