@@ -6,7 +6,9 @@ use gtfdi::fdi::{
     FdiError, NoiseCovariance, ResidualGenerator, ResidualTest, StatisticKind, ThresholdRule,
 };
 use gtfdi::ident::eiv::EivModel;
-use gtfdi::ident::{ArxModel, Channel, OutputModel};
+use gtfdi::ident::{ArxModel, ArxRow, Channel, OutputModel};
+use nalgebra::DMatrix;
+use rayon::prelude::*;
 
 /// The name of the test that watches all outputs together.
 pub const JOINT_TEST: &str = "joint";
@@ -72,31 +74,63 @@ pub fn kalman_generator(
     ResidualGenerator::kalman(part.model, part.point, covariance)
 }
 
+/// How much larger the residuals of new records are than those of the record that a model was
+/// identified from, for each output: `sqrt((T + p) / (T - p))` with `p` coefficients from `T` rows
+/// (Akaike's final prediction error, *Annals of the Institute of Statistical Mathematics* 21, 1969).
+/// A model with as many coefficients as rows has no error to go by: the factor then is that of the
+/// fewest that leave one.
+pub fn in_sample_optimism(model: &ArxModel) -> Vec<f64> {
+    let rows = model.rows_used() as f64;
+    let factor = |row: &ArxRow| {
+        let coefficients = (row.terms.len() as f64).min(rows - 1.0);
+        ((rows + coefficients) / (rows - coefficients))
+            .sqrt()
+            .max(1.0)
+    };
+    model.rows().iter().map(factor).collect()
+}
+
 impl TestPlan {
-    /// Tests on the residuals of generators, calibrated on healthy records.
+    /// Tests on the residuals of a model's generators, one an output, calibrated on healthy records;
+    /// `in_sample` says which of them the model was identified from ([`in_sample_optimism`]).
     ///
     /// # Errors
-    /// As [`ResidualTest::calibrate`], with the name of the test.
+    /// As [`ResidualTest::calibrate_in_sample`], with the name of the test.
     pub fn tests(
         &self,
+        model: &ArxModel,
         generators: &[ResidualGenerator],
         healthy: &[Dataset],
+        in_sample: &[bool],
     ) -> Result<Vec<ResidualTest>, Refusal> {
-        let mut groups: Vec<(String, Vec<&ResidualGenerator>)> = Vec::new();
+        let factors = in_sample_optimism(model);
+        let optimism = DMatrix::from_fn(generators.len(), healthy.len(), |output, record| {
+            if in_sample.get(record) == Some(&true) {
+                factors.get(output).copied().unwrap_or(1.0)
+            } else {
+                1.0
+            }
+        });
+        let mut groups: Vec<(String, std::ops::Range<usize>)> = Vec::new();
         if self.watch != Watch::Joint {
-            for generator in generators {
-                groups.push((generator.outputs()[0].name.clone(), vec![generator]));
+            for (index, generator) in generators.iter().enumerate() {
+                groups.push((generator.outputs()[0].name.clone(), index..index + 1));
             }
         }
         if self.watch != Watch::Outputs {
-            groups.push((JOINT_TEST.to_owned(), generators.iter().collect()));
+            groups.push((JOINT_TEST.to_owned(), 0..generators.len()));
         }
         let rule = self.rule_for(groups.len());
         groups
-            .into_iter()
-            .map(|(name, group)| {
-                ResidualTest::calibrate(&name, &group, healthy, self.statistic, rule)
-                    .map_err(|error| (name, error))
+            .into_par_iter()
+            .map(|(name, own)| {
+                let optimism = optimism.rows(own.start, own.len()).into_owned();
+                let group: Vec<&ResidualGenerator> = generators[own].iter().collect();
+                let statistic = self.statistic;
+                ResidualTest::calibrate_in_sample(
+                    &name, &group, healthy, &optimism, statistic, rule,
+                )
+                .map_err(|error| (name, error))
             })
             .collect()
     }

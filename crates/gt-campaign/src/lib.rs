@@ -12,7 +12,7 @@ mod progress;
 pub mod report;
 mod reproduce;
 
-pub use bank_design::{JOINT_TEST, Refusal, TestPlan, Watch, kalman_generator};
+pub use bank_design::{JOINT_TEST, Refusal, TestPlan, Watch, in_sample_optimism, kalman_generator};
 pub use error::CampaignError;
 pub use progress::{Progress, Silent};
 pub use reproduce::tables;

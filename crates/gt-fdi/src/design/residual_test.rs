@@ -89,6 +89,26 @@ impl ResidualTest {
         statistic: StatisticKind,
         rule: ThresholdRule,
     ) -> Result<Self, FdiError> {
+        let optimism = DMatrix::from_element(generators.len(), healthy.len(), 1.0);
+        Self::calibrate_in_sample(name, generators, healthy, &optimism, statistic, rule)
+    }
+
+    /// As [`ResidualTest::calibrate`], for healthy records from which models were identified: a
+    /// model fits its own record better than any other, so the residuals of generator `i` over
+    /// record `j` count `optimism[(i, j)]` times (generators x records; 1 for other records).
+    ///
+    /// # Errors
+    /// As [`ResidualTest::calibrate`]; [`gt_core::DimensionError`] for another size of `optimism`,
+    /// [`FdiError::Option`] where it is below 1 or not finite.
+    pub fn calibrate_in_sample(
+        name: impl Into<String>,
+        generators: &[&ResidualGenerator],
+        healthy: &[Dataset],
+        optimism: &DMatrix<f64>,
+        statistic: StatisticKind,
+        rule: ThresholdRule,
+    ) -> Result<Self, FdiError> {
+        check_optimism(optimism, generators.len(), healthy.len())?;
         rule.validate()?;
         statistic.validate()?;
         let signals = generators.iter().flat_map(|generator| generator.outputs());
@@ -97,7 +117,7 @@ impl ResidualTest {
             return Err(FdiError::EmptyBank { name: name.into() });
         };
         let sample_time_s = first.sample_time_s();
-        let residuals = settled_residuals(generators, healthy)?;
+        let residuals = settled_residuals(generators, healthy, optimism)?;
         let (whitening, calibration, mean_time) =
             if outputs.len() == 1 && statistic == StatisticKind::Modulus {
                 let rows: Vec<&[f64]> = residuals.iter().map(DMatrix::as_slice).collect();
@@ -156,6 +176,7 @@ impl ResidualTest {
 fn settled_residuals(
     generators: &[&ResidualGenerator],
     healthy: &[Dataset],
+    optimism: &DMatrix<f64>,
 ) -> Result<Vec<DMatrix<f64>>, FdiError> {
     let settles = generators
         .iter()
@@ -176,8 +197,8 @@ fn settled_residuals(
         }
         let mut all = DMatrix::zeros(rows, data.len());
         let mut first = 0;
-        for generator in generators {
-            let own = generator.residuals(data)?;
+        for (index, generator) in generators.iter().enumerate() {
+            let own = generator.residuals(data)? * optimism[(index, record)];
             all.rows_mut(first, own.nrows()).copy_from(&own);
             first += own.nrows();
         }
@@ -189,6 +210,20 @@ fn settled_residuals(
         residuals.push(settled);
     }
     Ok(residuals)
+}
+
+fn check_optimism(optimism: &DMatrix<f64>, rows: usize, columns: usize) -> Result<(), FdiError> {
+    gt_core::DimensionError::check("rows of the optimism", rows, optimism.nrows())?;
+    gt_core::DimensionError::check("columns of the optimism", columns, optimism.ncols())?;
+    let bad = |factor: &&f64| !(factor.is_finite() && **factor >= 1.0);
+    match optimism.iter().find(bad) {
+        Some(&found) => Err(FdiError::Option {
+            option: "optimism",
+            expected: "a finite factor not below 1",
+            found,
+        }),
+        None => Ok(()),
+    }
 }
 
 /// Healthy residuals in folds, with the statistic of each under the whitening of the others.

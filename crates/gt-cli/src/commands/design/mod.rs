@@ -6,7 +6,7 @@ mod statistic;
 
 use std::path::{Path, PathBuf};
 
-use gt_campaign::{TestPlan, Watch, kalman_generator};
+use gt_campaign::{TestPlan, Watch, in_sample_optimism, kalman_generator};
 use gt_log::{ModelFile, read_json, write_json};
 use gtfdi::core::Dataset;
 use gtfdi::fdi::{Bank, FdiError, ResidualGenerator, ResidualTest, StatisticError, ThresholdRule};
@@ -23,6 +23,8 @@ use crate::failure::Failure;
 use crate::output::{complain, number, print, print_json};
 use crate::record::{check_out, read_for, selection_for};
 
+/// Allowances for residuals of a model's own record beyond this are told.
+const NOTABLE_OPTIMISM: f64 = 1.02;
 /// The mean time between false alarms where nobody asks for another, in hours.
 const DEFAULT_ARL0_HOURS: f64 = 24.0;
 
@@ -169,19 +171,15 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     check_out(out, &[&[model_path.as_path()], &healthy_paths[..]].concat())?;
     let file = read_json::<ModelFile>(model_path).map_err(Failure::input)?;
     let noise = file.eiv().map_err(|e| Failure::in_file(model_path, e))?;
-    let model = file.model;
+    let model = &file.model;
     let wishes = args.poles.clone().unwrap_or_default();
     check_tags(&wishes, model.outputs(), model_path)?;
 
-    let rows = args.rows.as_ref().map(|rows| rows.0.clone());
-    let wanted = selection_for(&model, &args.reading, rows);
-    let mut healthy: Vec<Dataset> = Vec::new();
-    let mut warnings = Vec::new();
-    for path in &healthy_paths {
-        let read = read_for(path, &wanted, model_path, model.sample_time_s())?;
-        healthy.push(read.imported.dataset);
-        warnings.extend(read.warnings);
-    }
+    let Healthy {
+        records: healthy,
+        in_sample,
+        mut warnings,
+    } = read_healthy(&args, &file, model_path, &healthy_paths)?;
     let mut generators = Vec::new();
     for (index, output) in model.outputs().iter().enumerate() {
         let made = design_generator(
@@ -197,11 +195,11 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         );
     }
     let tests = plan
-        .tests(&generators, &healthy)
+        .tests(model, &generators, &healthy, &in_sample)
         .map_err(|(name, error)| refused(&error, &args, &name, &healthy_paths, &healthy))?;
     let useless = tests
         .iter()
-        .filter_map(|test| useless(test, &model, &healthy));
+        .filter_map(|test| useless(test, model, &healthy));
     let found: Vec<String> = useless
         .chain(tests.iter().filter_map(unsupported))
         .collect();
@@ -226,6 +224,50 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         print(&text(&report))?;
     }
     Ok(Outcome::Done)
+}
+
+/// Healthy records.
+struct Healthy {
+    records: Vec<Dataset>,
+    /// Whether the model was identified from each.
+    in_sample: Vec<bool>,
+    warnings: Vec<String>,
+}
+
+fn read_healthy(
+    args: &DesignArgs,
+    file: &ModelFile,
+    model_path: &Path,
+    paths: &[&Path],
+) -> Result<Healthy, Failure> {
+    let model = &file.model;
+    let rows = args.rows.as_ref().map(|rows| rows.0.clone());
+    let wanted = selection_for(model, &args.reading, rows);
+    let optimism = in_sample_optimism(model).into_iter().fold(1.0, f64::max);
+    let mut healthy = Healthy {
+        records: Vec::new(),
+        in_sample: Vec::new(),
+        warnings: Vec::new(),
+    };
+    for path in paths {
+        let read = read_for(path, &wanted, model_path, model.sample_time_s())?;
+        let own = file.input_sha256.as_ref() == Some(&read.imported.sha256);
+        healthy.warnings.extend(read.warnings);
+        if own && optimism > NOTABLE_OPTIMISM {
+            let warning = format!(
+                "{}: the model was identified from this record, whose residuals are smaller than \
+                 those of any other: they count up to {} times; another healthy record would need \
+                 no such allowance",
+                path.display(),
+                number(Some(optimism))
+            );
+            complain(&format!("warning: {warning}"));
+            healthy.warnings.push(warning);
+        }
+        healthy.in_sample.push(own);
+        healthy.records.push(read.imported.dataset);
+    }
+    Ok(healthy)
 }
 
 /// The bank's name, part of its topics in a log.
