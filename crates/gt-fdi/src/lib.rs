@@ -29,6 +29,8 @@ pub mod runtime;
 #[cfg(feature = "design")]
 pub use design::RunSumRunLength;
 #[cfg(feature = "design")]
+pub use design::ShiryaevRobertsRunLength;
+#[cfg(feature = "design")]
 pub use design::{
     Alarm, Bank, BankRun, Calibration, CusumRunLength, EivKalman, Evaluation, ExceedanceRunLength,
     FalseAlarmRate, FalseAlarmSummary, Feature, FilterError, FilterRun, FixedThreshold, Innovation,

@@ -12,6 +12,7 @@
 //! |---|---|
 //! | [`Cusum`](crate::runtime::Cusum) | [`CusumRunLength`], from an integral equation |
 //! | a limit, or a number of samples in a row beyond it | [`ExceedanceRunLength`], closed form |
+//! | [`ShiryaevRoberts`](crate::runtime::ShiryaevRoberts), one side | [`ShiryaevRobertsRunLength`], from an integral equation |
 //! | [`RunSum`](crate::runtime::RunSum) | [`RunSumRunLength`], from a Markov chain |
 //! | any [`Statistic`](crate::runtime::Statistic) | [`SimulatedRuns`], with an interval |
 //! | none can be faster | [`mean_delay_bound`] |
@@ -58,6 +59,9 @@ pub use run_length::{
     MIN_ALARMS, SimulatedRunLength, SimulatedRuns, mean_delay_bound,
 };
 pub use run_length::{MAX_RUN_SUM_THRESHOLD, RunSumRunLength};
+pub use run_length::{
+    MAX_SHIRYAEV_ROBERTS_THRESHOLD, SHIRYAEV_ROBERTS_SHIFTS, ShiryaevRobertsRunLength,
+};
 pub use signature::{Feature, SignatureMatrix, feature, signature};
 pub use statistic_kind::StatisticKind;
 pub use tail::MIN_PEAKS;

@@ -7,7 +7,8 @@
 //! seeds are fixed, as of forty intervals of 99 % one is missed every third time.
 
 use gt_fdi::design::{
-    CusumRunLength, ExceedanceRunLength, RunSumRunLength, SimulatedRunLength, SimulatedRuns,
+    CusumRunLength, ExceedanceRunLength, RunSumRunLength, ShiryaevRobertsRunLength,
+    SimulatedRunLength, SimulatedRuns,
 };
 use gt_fdi::runtime::{
     AdaptiveThreshold, Cusum, ExceedanceRun, Glr, GrowingChiSquare, GrowingVariance, Growth,
@@ -152,13 +153,21 @@ fn run_sums() {
     assert_counted("zone chart", chart, 95.05, 0.0);
 }
 
+/// Both sides have nearly the time of one at the same threshold: within 2 %, beside the interval.
 #[test]
 fn shiryaev_roberts_procedures() {
-    for (shift, sides) in [(0.5, Sides::Upper), (1.0, Sides::Both), (2.0, Sides::Lower)] {
+    for (shift, sides) in [
+        (0.5, Sides::Upper),
+        (0.5, Sides::Both),
+        (1.0, Sides::Both),
+        (2.0, Sides::Lower),
+    ] {
         let made = |threshold| ShiryaevRoberts::new(shift, threshold, sides).unwrap();
-        assert_calibrated("Shiryaev-Roberts", 500.0, made);
+        let asked = 500.0;
+        let threshold = ShiryaevRobertsRunLength::threshold_for(shift, asked).unwrap();
+        let more = if sides == Sides::Both { 0.02 } else { 0.0 };
+        assert_counted("Shiryaev-Roberts", made(threshold), asked, more);
         // The safe threshold is safe, and no more so than it says.
-        let asked = 400.0;
         let (mean, half) = count(
             "safe",
             made(ShiryaevRoberts::safe_threshold(asked).unwrap()),
@@ -171,6 +180,10 @@ fn shiryaev_roberts_procedures() {
             "{shift}: {mean} +- {half}"
         );
     }
+    // By simulation as well.
+    assert_calibrated("Shiryaev-Roberts of both sides", 500.0, |threshold| {
+        ShiryaevRoberts::new(1.0, threshold, Sides::Both).unwrap()
+    });
 }
 
 /// Wald's test that begins anew when it has decided for healthy.

@@ -18,8 +18,8 @@ use super::{Sides, StatisticError, check_option, check_state, check_threshold};
 /// after `n` samples has the mean 0, so that the mean time between false alarms is that of `R` at
 /// the alarm: at least `exp(threshold) - 1` samples, with either number of sides (Pollak, *Annals of
 /// Statistics* 15, 1987). [`ShiryaevRoberts::safe_threshold`] relies on that;
-/// [`SimulatedRuns`](crate::design::SimulatedRuns) finds the lower threshold that just reaches the
-/// time.
+/// [`ShiryaevRobertsRunLength`](crate::design::ShiryaevRobertsRunLength) finds the lower threshold
+/// that just reaches the time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Unchecked")]
 pub struct ShiryaevRoberts {

@@ -18,6 +18,16 @@ pub struct Decision {
 
 /// A decision on one residual with memory, judged against one threshold.
 ///
+/// | looks for | statistic |
+/// |---|---|
+/// | a step of about known size | [`Cusum`](super::Cusum), [`ShiryaevRoberts`](super::ShiryaevRoberts) |
+/// | a step or ramp of a range of sizes, with its onset and size | [`Glr`](super::Glr) |
+/// | a shift, by simple means | [`MovingAverage`](super::MovingAverage), [`RunSum`](super::RunSum) |
+/// | which of two means it is, once | [`Sprt`](super::Sprt) |
+/// | more energy | [`WindowedChiSquare`](super::WindowedChiSquare), [`GrowingChiSquare`](super::GrowingChiSquare) |
+/// | more or less noise | [`WindowedVariance`](super::WindowedVariance), [`GrowingVariance`](super::GrowingVariance) |
+/// | a model that no longer fits | [`Whiteness`](super::Whiteness) |
+///
 /// Residuals are whitened and in units of their healthy standard deviation. Steps take a bounded
 /// time and allocate nothing. States are values: they compare, clone and pass through serde without
 /// losing a bit, and go on as if nothing had happened.
