@@ -8,6 +8,7 @@ use super::channels::{Channels, check_sample_time, check_unique};
 use super::false_alarm::FalseAlarmRate;
 use super::generator::ResidualGenerator;
 use super::residual_test::ResidualTest;
+use super::whitening::Whitening;
 use crate::FdiError;
 use crate::runtime::{Channel, ChannelParts, ChannelVerdict, Detector, Parts};
 
@@ -162,7 +163,7 @@ impl Bank {
             .sources(test)
             .map(|source| self.generators[source].settle_samples());
         let whitening = test.evaluation.whitening.as_ref();
-        own.max().unwrap_or(0) + whitening.map_or(0, super::whitening::Whitening::order)
+        own.max().unwrap_or(0) + whitening.map_or(0, Whitening::order)
     }
 
     /// The false alarms of all tests together, as counted by cross-validation when their limits were
@@ -266,9 +267,9 @@ impl Detector {
             Some(Channel::new(ChannelParts {
                 sources: bank.sources(test).collect(),
                 places: places.collect(),
-                whitener: whitening.map(super::whitening::Whitening::runtime),
+                whitener: whitening.map(Whitening::runtime),
                 evaluator,
-                unit: whitening.filter(|_| one).map_or(1.0, |own| own.unit()),
+                unit: whitening.filter(|_| one).map_or(1.0, Whitening::unit),
                 limit: test.threshold.limit,
                 persistence: test.persistence(),
                 settle_samples: bank.settle_samples(test),

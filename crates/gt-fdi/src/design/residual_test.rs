@@ -328,7 +328,7 @@ impl Folds {
         };
         let run_length = hours * 3600.0 / sample_time_s;
         let white = self.statistic.white_limit(self.residuals(), run_length)?;
-        let tail = self.tail(None);
+        let tail = self.tail(None, run_length);
         let limit = self.limit(tail.as_ref().ok(), white, run_length);
         let threshold = FixedThreshold {
             limit,
@@ -342,7 +342,7 @@ impl Folds {
         };
         let (mut alarms, mut cross_alarms, mut above, mut samples) = (0, 0, 0, 0);
         for fold in 0..self.values.len() {
-            let tail = self.tail(Some(fold));
+            let tail = self.tail(Some(fold), run_length);
             let cross = self.limit(tail.as_ref().ok(), white, run_length);
             for values in &self.values[fold] {
                 alarms += count_alarms(values, limit, wait);
@@ -370,7 +370,7 @@ impl Folds {
     }
 
     /// The tail of the statistic over all folds but one.
-    fn tail(&self, excluded: Option<usize>) -> Result<Tail, FdiError> {
+    fn tail(&self, excluded: Option<usize>, run_length: f64) -> Result<Tail, FdiError> {
         let folds = self.values.iter().enumerate();
         let kept = folds.filter(|(index, _)| Some(*index) != excluded);
         let scaled: Vec<Vec<f64>> = kept
@@ -383,13 +383,13 @@ impl Folds {
             })
             .collect();
         let series: Vec<&[f64]> = scaled.iter().map(Vec::as_slice).collect();
-        Tail::fit(&series, self.statistic.release())
+        Tail::fit(&series, self.statistic.release(), run_length)
     }
 
     fn limit(&self, tail: Option<&Tail>, white: f64, run_length: f64) -> f64 {
         tail.map_or(white, |tail| {
             let real = tail.limit_for(run_length);
-            white.max(self.statistic.from_tail(real, self.residuals()))
+            white.max(self.statistic.value_of_tail(real, self.residuals()))
         })
     }
 }

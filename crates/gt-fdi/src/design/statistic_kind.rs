@@ -128,7 +128,7 @@ impl StatisticKind {
     }
 
     /// The inverse of [`StatisticKind::to_tail`].
-    pub(crate) fn from_tail(self, tail: f64, residuals: usize) -> f64 {
+    pub(crate) fn value_of_tail(self, tail: f64, residuals: usize) -> f64 {
         let sum = |window: usize| {
             let freedom = (window * residuals) as f64;
             let spread = 2.0 / (9.0 * freedom);
@@ -156,8 +156,8 @@ impl StatisticKind {
         let values: Vec<f64> = (0..WHITE_SAMPLES)
             .map(|_| self.to_tail(evaluator.step(noise.next()).value, residuals))
             .collect();
-        let tail = Tail::fit(&[&values], self.release())?;
-        Ok(self.from_tail(tail.limit_for(run_length), residuals))
+        let tail = Tail::fit(&[&values], self.release(), run_length)?;
+        Ok(self.value_of_tail(tail.limit_for(run_length), residuals))
     }
 }
 
@@ -186,5 +186,49 @@ impl WhiteNoise {
             value * value
         });
         squares.sum::<f64>().sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// There and back: for one residual and for three, over the values that limits have.
+    #[test]
+    fn tails_have_an_inverse() {
+        let kinds = [
+            StatisticKind::Modulus,
+            StatisticKind::Cusum { allowance: 0.5 },
+            StatisticKind::MovingAverage { window: 20 },
+            StatisticKind::ChiSquare { window: 10 },
+        ];
+        for kind in kinds {
+            for residuals in [1, 3] {
+                for step in 1..40 {
+                    let value = 0.5 * f64::from(step);
+                    let back = kind.value_of_tail(kind.to_tail(value, residuals), residuals);
+                    // A cube root and a cube.
+                    assert!(
+                        (back - value).abs() < 1e-12 * value,
+                        "{kind:?} {value} {back}"
+                    );
+                }
+            }
+        }
+    }
+
+    /// Simulated limits against a closed form: rows of one sample beyond a limit, of which
+    /// `1 / ARL0` of all samples are, and 20 % of one sample's tail is 3 % of its limit.
+    #[test]
+    fn the_simulated_white_limit_is_that_of_independent_samples() {
+        let limit = StatisticKind::ChiSquare { window: 1 }
+            .white_limit(1, 1e5)
+            .expect("a limit");
+        // P(|z| > 4.4172) = 1e-5.
+        assert!(
+            (limit.sqrt() / 4.4172 - 1.0).abs() < 0.02,
+            "{}",
+            limit.sqrt()
+        );
     }
 }

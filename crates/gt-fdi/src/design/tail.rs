@@ -2,7 +2,7 @@
 
 use crate::FdiError;
 
-/// Peaks that are fitted, where there are as many.
+/// Peaks that are fitted, where there are as many; more for a run length that fewer do not reach.
 const PEAKS: usize = 400;
 /// Peaks without which there is no fit.
 pub const MIN_PEAKS: usize = 10;
@@ -39,11 +39,16 @@ pub(crate) struct TailRunLength {
 }
 
 impl Tail {
-    /// Fits the tail of the values of a statistic over healthy records.
+    /// Fits the tail of the values of a statistic over healthy records, for limits with a run length
+    /// of `run_length` samples or more: the level is below those.
     ///
     /// # Errors
     /// [`FdiError::TooFewPeaks`] with fewer than [`MIN_PEAKS`].
-    pub(crate) fn fit(records: &[&[f64]], release: usize) -> Result<Self, FdiError> {
+    pub(crate) fn fit(
+        records: &[&[f64]],
+        release: usize,
+        run_length: f64,
+    ) -> Result<Self, FdiError> {
         let block = 2 * release.max(1);
         let mut maxima: Vec<f64> = records
             .iter()
@@ -51,18 +56,21 @@ impl Tail {
             .filter(|chunk| chunk.len() == block)
             .map(|chunk| chunk.iter().copied().fold(f64::NEG_INFINITY, f64::max))
             .collect();
-        let samples = records.iter().map(|record| record.len()).sum();
+        let samples: usize = records.iter().map(|record| record.len()).sum();
+        // Peaks come at least twice as often as the alarms.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
+        let wanted = PEAKS.max((2.0 * samples as f64 / run_length) as usize);
         maxima.sort_by(|left, right| right.total_cmp(left));
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // below the length
         let share = (TAIL_SHARE * maxima.len() as f64) as usize;
         let few = FdiError::TooFewPeaks {
             needed: MIN_PEAKS,
-            found: share.min(PEAKS),
+            found: share.min(wanted),
         };
         if share < MIN_PEAKS {
             return Err(few);
         }
-        let level = maxima[share.min(PEAKS)];
+        let level = maxima[share.min(wanted)];
         let (mut heights, mut peaks) = (0.0, 0);
         for record in records {
             let (mut peak, mut since) = (f64::NEG_INFINITY, usize::MAX);

@@ -134,11 +134,15 @@ impl Whitening {
         }
         covariance /= samples as f64;
         let factor = inverse_root(&covariance)?;
-        let highest = if colour {
-            MAX_WHITENING_ORDER.min(samples / SAMPLES_A_COEFFICIENT / 5)
-        } else {
-            0
-        };
+        if !colour {
+            return Ok(Self {
+                mean,
+                factor,
+                coefficients: vec![Vec::new(); size],
+                scale: DVector::from_element(size, 1.0),
+            });
+        }
+        let highest = MAX_WHITENING_ORDER.min(samples / SAMPLES_A_COEFFICIENT / 5);
         let components: Vec<DMatrix<f64>> = centred.iter().map(|record| &factor * record).collect();
         let mut coefficients = Vec::with_capacity(size);
         let mut scale = DVector::zeros(size);

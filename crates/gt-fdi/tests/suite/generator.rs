@@ -304,14 +304,13 @@ fn files_are_checked() {
     };
     // A gain of 0 leaves the model's own poles, 0.9 and 0.6, which are stable; 10 does not.
     let unstable = error(&|v| {
-        v["gain"] = serde_json::to_value(DMatrix::from_vec(2, 1, vec![10.0, 0.0])).unwrap()
+        v["gain"] = serde_json::json!([[10.0, 0.0], 2, 1]);
     });
     assert!(
         unstable.contains("generator of `y`: expected a stable A - K C"),
         "{unstable}"
     );
-    let short =
-        error(&|v| v["gain"] = serde_json::to_value(DMatrix::from_vec(1, 1, vec![1.0])).unwrap());
+    let short = error(&|v| v["gain"] = serde_json::json!([[1.0], 1, 1]));
     assert_eq!(short, "rows of the gain (states): expected 2, found 1");
     let poles = error(&|v| v["poles"] = serde_json::json!([0.4, 1.0]));
     assert_eq!(poles, "pole 1: expected a modulus below 1, found 1");

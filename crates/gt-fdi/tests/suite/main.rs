@@ -15,6 +15,8 @@ mod delay_bound;
 #[cfg(test)]
 mod detector;
 #[cfg(test)]
+mod detector_state;
+#[cfg(test)]
 mod exceedance_run_length;
 #[cfg(test)]
 mod false_alarm;
@@ -33,6 +35,8 @@ mod kalman;
 #[cfg(test)]
 mod observer;
 #[cfg(test)]
+mod residual_test;
+#[cfg(test)]
 mod riccati;
 #[cfg(test)]
 mod run_length;
@@ -50,5 +54,7 @@ mod statistic_state;
 mod statistics;
 #[cfg(test)]
 mod whiteness;
+#[cfg(test)]
+mod whitening;
 #[cfg(test)]
 mod windowed_variance;
