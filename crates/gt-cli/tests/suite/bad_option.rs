@@ -135,7 +135,7 @@ fn rows_name_their_option() {
 fn designs() {
     let place = place();
     let head = ["design", "--model", "model.json", "--healthy", "one.csv"];
-    let cases: [(&[&str], &[&str]); 17] = [
+    let cases: [(&[&str], &[&str]); 26] = [
         (
             &["--poles", "1.2"],
             &["--poles: output `y`", "modulus below 1, found 1.2"],
@@ -190,6 +190,44 @@ fn designs() {
                 "--arl0 24h",
                 "needs at least 72 h of healthy running, found 0.0",
             ],
+        ),
+        (
+            &["--window", "20"],
+            &[
+                "--window: expected with the statistic moving-average or glr or chi2, found threshold",
+            ],
+        ),
+        (
+            &["--statistic", "cusum", "--window", "20"],
+            &["--window: expected with the statistic moving-average or glr or chi2, found cusum"],
+        ),
+        (
+            &["--statistic", "chi2", "--window", "100000"],
+            &["--window: window: expected 1 to 65536 samples, found 100000"],
+        ),
+        (
+            &["--statistic", "cusum", "--allowance", "-0.5"],
+            &["--allowance: allowance: expected a finite number not below 0, found -0.5"],
+        ),
+        (
+            &["--statistic", "glr", "--sizes", "2"],
+            &["--sizes: expected two numbers such as 1e-4:1e-2, found `2`"],
+        ),
+        (
+            &["--statistic", "glr", "--sizes", "2:1"],
+            &["--sizes: sizes: expected 0 < smallest <= largest, both finite, found 2 and 1"],
+        ),
+        (
+            &["--waveform", "step"],
+            &["--waveform: expected with the statistic glr, found threshold"],
+        ),
+        (
+            &["--generator", "kalman", "--poles", "0.5"],
+            &["--poles: expected with --generator observer, found kalman"],
+        ),
+        (
+            &["--statistic", "mean"],
+            &["--statistic", "possible values"],
         ),
         (
             &["--margin", "2", "--arl0", "24h"],

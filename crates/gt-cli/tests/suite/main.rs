@@ -23,4 +23,5 @@ mod road;
 mod scenario;
 mod signal;
 mod simulate;
+mod statistics_road;
 mod stream;
