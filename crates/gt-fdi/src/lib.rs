@@ -21,6 +21,7 @@ pub use design::{
     SimulatedRunLength, SimulatedRuns, ThresholdRule, TimeVaryingKalman, calibrate, count_alarms,
     feature, mean_delay_bound, place, signature,
 };
+pub use design::{PlacementError, SchurPlacement, StabilityBound, place_complex};
 pub use error::FdiError;
 pub use runtime::{
     Change, ChannelVerdict, Cusum, Decision, Detector, ExceedanceRun, Glr, MovingAverage, Sides,

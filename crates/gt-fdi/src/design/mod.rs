@@ -27,6 +27,8 @@ mod innovation;
 mod kalman;
 mod noise;
 mod observer;
+
+mod placement;
 mod riccati;
 mod run_length;
 mod settling;
@@ -43,7 +45,9 @@ pub use generator::{MAX_SETTLE_SAMPLES, ResidualGenerator, SETTLE_LEVEL};
 pub use innovation::Innovation;
 pub use kalman::{FilterRun, KalmanFilter};
 pub use noise::{DEFINITENESS_TOLERANCE, NoiseCovariance, SYMMETRY_TOLERANCE};
+pub use observer::place_complex;
 pub use observer::{MAX_OBSERVABILITY_CONDITION, place};
+pub use placement::{PlacementError, SchurPlacement, StabilityBound};
 pub use riccati::{MAX_CLOSED_LOOP_RADIUS, MAX_DOUBLINGS, MAX_RICCATI_RESIDUAL, Riccati};
 pub use run_length::{
     CusumRunLength, ExceedanceRunLength, MAX_CONSECUTIVE, MAX_CUSUM_THRESHOLD, MAX_RUN_LENGTH,

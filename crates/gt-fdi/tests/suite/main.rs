@@ -9,9 +9,13 @@ mod bank;
 #[cfg(test)]
 mod calibration;
 #[cfg(test)]
+mod complex_poles;
+#[cfg(test)]
 mod delay_bound;
 #[cfg(test)]
 mod detector;
+#[cfg(test)]
+mod equation_error;
 #[cfg(test)]
 mod exceedance_run_length;
 #[cfg(test)]
@@ -26,6 +30,8 @@ mod innovations;
 mod kalman;
 #[cfg(test)]
 mod observer;
+#[cfg(test)]
+mod placement;
 #[cfg(test)]
 mod riccati;
 #[cfg(test)]
