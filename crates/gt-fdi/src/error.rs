@@ -3,7 +3,7 @@
 use gt_core::{DataError, DimensionError, ModelError};
 use thiserror::Error;
 
-use crate::design::{FilterError, PlacementError};
+use crate::design::{FilterError, PlacementError, SearchError};
 use crate::runtime::{StatisticError, StepError};
 
 /// Why a generator, a threshold, a bank or a signature cannot be made or used.
@@ -30,6 +30,9 @@ pub enum FdiError {
     /// Poles cannot be placed.
     #[error(transparent)]
     Placement(#[from] PlacementError),
+    /// Poles cannot be searched for.
+    #[error(transparent)]
+    Search(#[from] SearchError),
     /// The model has another number of outputs than one.
     #[error("outputs of the model: expected 1 (one observer an output), found {found}")]
     OutputCount {

@@ -21,6 +21,10 @@ pub use design::{
     SimulatedRunLength, SimulatedRuns, ThresholdRule, TimeVaryingKalman, calibrate, count_alarms,
     feature, mean_delay_bound, place, signature,
 };
+pub use design::{
+    Attempt, Criterion, DataBound, EnergyRatio, ObserverDesign, PoleSearch, RecordPair,
+    SearchError, SearchMethod, Sections, Start,
+};
 pub use design::{PlacementError, SchurPlacement, StabilityBound, place_complex};
 pub use error::FdiError;
 pub use runtime::{

@@ -28,6 +28,7 @@ mod kalman;
 mod noise;
 mod observer;
 
+mod optimise;
 mod placement;
 mod riccati;
 mod run_length;
@@ -47,6 +48,10 @@ pub use kalman::{FilterRun, KalmanFilter};
 pub use noise::{DEFINITENESS_TOLERANCE, NoiseCovariance, SYMMETRY_TOLERANCE};
 pub use observer::place_complex;
 pub use observer::{MAX_OBSERVABILITY_CONDITION, place};
+pub use optimise::{
+    Attempt, Criterion, DataBound, EnergyRatio, ObserverDesign, PoleSearch, RecordPair,
+    SearchError, SearchMethod, Sections, Start,
+};
 pub use placement::{PlacementError, SchurPlacement, StabilityBound};
 pub use riccati::{MAX_CLOSED_LOOP_RADIUS, MAX_DOUBLINGS, MAX_RICCATI_RESIDUAL, Riccati};
 pub use run_length::{

@@ -11,9 +11,13 @@ mod calibration;
 #[cfg(test)]
 mod complex_poles;
 #[cfg(test)]
+mod data_bound;
+#[cfg(test)]
 mod delay_bound;
 #[cfg(test)]
 mod detector;
+#[cfg(test)]
+mod energy_ratio;
 #[cfg(test)]
 mod equation_error;
 #[cfg(test)]
@@ -33,6 +37,8 @@ mod observer;
 #[cfg(test)]
 mod placement;
 #[cfg(test)]
+mod pole_search;
+#[cfg(test)]
 mod riccati;
 #[cfg(test)]
 mod run_length;
@@ -44,3 +50,5 @@ mod simulation;
 mod statistic_state;
 #[cfg(test)]
 mod statistics;
+#[cfg(test)]
+mod toys;

@@ -10,4 +10,4 @@ mod schur_placement;
 pub use error::PlacementError;
 pub use schur_placement::{SchurPlacement, StabilityBound};
 
-pub(super) use placed_poles::{PlacedPoles, check_complex, polynomial};
+pub(super) use placed_poles::{PlacedPoles, check_complex, pair, polynomial};
