@@ -2,11 +2,13 @@
 
 use gt_core::OperatingPoint;
 use gt_fdi::FdiError;
-use gt_fdi::design::{PlacementError, ResidualGenerator, place, place_complex};
+use gt_fdi::design::{
+    Bank, OutputDetector, PlacementError, ResidualGenerator, ThresholdRule, place, place_complex,
+};
 use nalgebra::{Complex, DVector};
 use proptest::prelude::*;
 
-use crate::fixtures::{plain_generator, plain_model};
+use crate::fixtures::{plain_generator, plain_model, record};
 
 fn pair(re: f64, im: f64) -> [Complex<f64>; 2] {
     [Complex::new(re, im), Complex::new(re, -im)]
@@ -91,6 +93,31 @@ fn files_hold_pairs_only_where_they_must() {
     assert!(other.contains("expected that of its poles"), "{other}");
     let lone = error(serde_json::json!([[0.5, 0.2], [0.5, 0.2]]));
     assert!(lone.contains("expected its complex conjugate"), "{lone}");
+}
+
+/// A bank takes the observer like any other: the file gives the same bank, the online detector the
+/// same residuals.
+#[test]
+fn banks_take_observers_with_complex_poles() {
+    let point = OperatingPoint {
+        u: DVector::from_vec(vec![10.0, -3.0]),
+        y: DVector::from_vec(vec![100.0]),
+    };
+    let generator =
+        ResidualGenerator::observer_complex(plain_model("q"), point, &pair(0.5, 0.25)).unwrap();
+    let rule = ThresholdRule::Margin {
+        factor: 2.0,
+        consecutive: 2,
+    };
+    let data = record(1);
+    let detector = OutputDetector::calibrate(generator.clone(), &[record(2)], rule).unwrap();
+    let bank = Bank::new("test", vec![detector]).unwrap();
+    let json = serde_json::to_string(&bank).unwrap();
+    assert_eq!(serde_json::from_str::<Bank>(&json).unwrap(), bank);
+    let residual = generator.residual(&data).unwrap();
+    let run = bank.run(&data).unwrap();
+    let online: Vec<f64> = run.residuals.row(0).iter().copied().collect();
+    assert_eq!(online, residual.as_slice());
 }
 
 proptest! {

@@ -92,6 +92,7 @@ proptest! {
         let residual = generator.residual(&data).unwrap();
         let expected = nalgebra::DVector::from_vec(expected);
         let error = (&residual - &expected).norm() / expected.norm();
+        // Up to 7.6e-14 among 20 000 cases.
         prop_assert!(error < 1e-12, "{error:e}");
     }
 }

@@ -92,17 +92,8 @@ fn published_slicot_example_of_sb01bd() {
         numbers(after)[..lines].to_vec()
     };
     let f = printed("The state feedback matrix F is", m);
-    for i in 0..m {
-        for j in 0..n {
-            let difference = (found.gain[(i, j)] - f[i][j]).abs();
-            assert!(
-                difference <= 0.5e-4,
-                "F({i}, {j}): {} {}",
-                found.gain[(i, j)],
-                f[i][j]
-            );
-        }
-    }
+    let f = DMatrix::from_fn(m, n, |i, j| f[i][j]);
+    assert!((&found.gain - &f).amax() <= 0.5e-4, "{} {f}", found.gain);
     let expected: Vec<Complex<f64>> = printed("eigenvalues of closed-loop matrix A+B*F", n)
         .iter()
         .map(|line| Complex::new(line[line.len() - 2], line[line.len() - 1]))
@@ -303,24 +294,23 @@ proptest! {
         let open = eigenvalues(&a);
         let moved = open.iter().filter(|value| value.norm() >= radius).count();
         // Distinct poles: half of them in pairs where the number allows it.
-        let mut poles = Vec::new();
-        for k in 0..moved {
-            let place = 0.8 * (k as f64 + 1.0) / (moved as f64 + 1.0);
-            if k % 4 == 1 && k + 1 < moved {
-                poles.extend([Complex::new(place - 0.2, 0.3), Complex::new(place - 0.2, -0.3)]);
-            } else if poles.len() < moved {
+        let mut poles: Vec<Complex<f64>> = Vec::new();
+        while poles.len() < moved {
+            let place = 0.8 * (poles.len() as f64 + 1.0) / (moved as f64 + 1.0);
+            if poles.len() % 3 == 1 && poles.len() + 1 < moved {
+                poles.extend([0.3, -0.3].map(|im| Complex::new(place - 0.2, im)));
+            } else {
                 poles.push(Complex::new(place, 0.0));
             }
         }
-        poles.truncate(moved);
-        prop_assume!(poles.iter().all(|p| poles.contains(&p.conj())));
         let model = model(a.clone(), c.clone());
         let found = SchurPlacement::observer(&model, radius, &poles).unwrap();
         let closed = &a - &found.gain * &c;
         let mut expected = poles.clone();
         expected.extend(open.iter().filter(|value| value.norm() < radius));
         let error = apart(&eigenvalues(&closed), &expected);
-        // One output needs gains of up to 1e5 for eight poles, and eigenvalues feel all of them.
+        // One output needs gains of up to 1e5 for eight poles, and eigenvalues feel all of them: up
+        // to 1.5e-10 of the square among 20 000 cases, 1e-15 in half of them.
         let allowed = 1e-9 * (1.0 + found.gain.norm()).powi(2);
         prop_assert!(error < allowed, "{error:e} {:e}", found.gain.norm());
         prop_assert_eq!(found.assigned.len(), moved);

@@ -137,6 +137,31 @@ fn vertices_are_met_exactly() {
     }
 }
 
+/// A short ramp in noise of the same size: the best single pole is inside the radius, where V is
+/// the least of a scan in steps of 1e-5.
+#[test]
+fn an_interior_minimum_is_that_of_a_scan() {
+    let toy = Toy::new(&[0.9], Fault::Ramp(0.5));
+    let records = toy.records(7, 100);
+    let search = PoleSearch {
+        radius: 0.99,
+        ..PoleSearch::default()
+    };
+    let found = design(&search, &toy, &records);
+    let pairs = [records.pair()];
+    let ratio = EnergyRatio::new(search.criterion, &toy.model, &Toy::point(), &pairs, 0).unwrap();
+    let at = |step: i32| {
+        let pole = Complex::new(f64::from(step) * 1e-5, 0.0);
+        ratio.value(&Sections::from_poles(&[pole]).unwrap())
+    };
+    let scanned = (-99_000..=99_000).min_by(|l, r| at(*l).total_cmp(&at(*r)));
+    let scanned = scanned.unwrap();
+    let pole = found.poles[0].re;
+    assert!(pole < 0.98, "{pole}");
+    assert!((pole - f64::from(scanned) * 1e-5).abs() <= 1e-5, "{pole}");
+    assert!(found.v <= at(scanned), "{} {}", found.v, at(scanned));
+}
+
 /// A larger radius allows all that a smaller one does.
 #[test]
 fn v_falls_with_the_radius() {

@@ -1,6 +1,7 @@
 //! What no filter of a class could do better than, on the same records.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use serde::Serialize;
 
 use super::energy_ratio::EnergyRatio;
 use super::sections::Sections;
@@ -21,7 +22,7 @@ const EIGEN_ITERATIONS: usize = 100;
 /// all observers with up to `q` poles at `p` and the others at 0; others come closer as `q` grows,
 /// and may lie below. With many functions it fits the records rather than the fault, which
 /// `validation` shows.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DataBound {
     /// The least ratio; 0 when the healthy records leave a combination of the basis without energy.
     pub value: f64,
@@ -31,7 +32,7 @@ pub struct DataBound {
     pub pole: f64,
     /// The filter: weights of the equation error, of the `n` functions of the poles found and of
     /// the `q` Laguerre functions, unscaled (n + q + 1); 0 when `value` is.
-    pub weights: DVector<f64>,
+    pub weights: Vec<f64>,
 }
 
 impl DataBound {
@@ -91,7 +92,7 @@ impl DataBound {
             value,
             validation,
             pole,
-            weights,
+            weights: weights.as_slice().to_vec(),
         })
     }
 }

@@ -80,7 +80,7 @@ impl EnergyRatio {
         let (mut healthy, mut effect) = (Vec::new(), Vec::new());
         for (pair, &records) in pairs.iter().enumerate() {
             let errors = equation.pair(set, pair, records)?;
-            let (needed, found) = (skip + order + 1, errors.healthy.len());
+            let (needed, found) = (skip.saturating_add(order + 1), errors.healthy.len());
             if found < needed {
                 return Err(SearchError::TooShort {
                     set,
@@ -119,7 +119,8 @@ impl EnergyRatio {
         self.order
     }
 
-    /// The ratio for these poles.
+    /// The ratio for these poles; with another number of them than [`EnergyRatio::order`], that of a
+    /// filter which no observer is.
     pub fn value(&self, sections: &Sections) -> f64 {
         let sum = |errors: &[Vec<f64>]| -> f64 {
             let of_record = |error: &Vec<f64>| energy(&sections.filter(error)[self.skip..]);

@@ -2,6 +2,7 @@
 
 use gt_core::{OperatingPoint, StateSpace};
 use nalgebra::Complex;
+use serde::Serialize;
 
 use super::super::generator::ResidualGenerator;
 use super::data_bound::DataBound;
@@ -10,7 +11,7 @@ use super::start::Start;
 use crate::FdiError;
 
 /// One descent of a search, or its evolution.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Attempt {
     /// Where it began.
     pub start: Start,
@@ -25,13 +26,13 @@ pub struct Attempt {
 /// V on the records that the poles were chosen by falls with the radius allowed, up to filters that
 /// ring for as long as the record: what counts is `v_validation`, and whether the bound leaves
 /// anything to gain.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ObserverDesign {
     /// The criterion.
     pub criterion: Criterion,
     /// The largest modulus that a pole could have.
     pub radius: f64,
-    /// The poles (nx), complex ones in pairs.
+    /// The poles (nx), complex ones in pairs; `[re, im]` each when written.
     pub poles: Vec<Complex<f64>>,
     /// The criterion on the training records.
     pub v: f64,

@@ -212,9 +212,8 @@ impl PoleSearch {
 
     /// Refuses records with fewer samples than the bound has unknowns.
     fn check_length(&self, nx: usize, training: &[RecordPair]) -> Result<(), SearchError> {
-        let needed = self
-            .skip_samples
-            .saturating_add(self.bound_functions + nx + 1);
+        let unknowns = self.bound_functions.saturating_add(nx + 1);
+        let needed = self.skip_samples.saturating_add(unknowns);
         let lengths = training.iter().map(|records| records.healthy.len());
         match lengths.enumerate().find(|&(_, found)| found < needed) {
             Some((pair, found)) => Err(SearchError::TooShort {

@@ -110,7 +110,7 @@ impl Sections {
 
     /// The last coefficient, 0 when there is none.
     pub(super) fn last(&self) -> f64 {
-        self.coefficients.iter().last().copied().unwrap_or(0.0)
+        self.coefficients.as_slice().last().copied().unwrap_or(0.0)
     }
 
     /// The nearest point, section by section, with poles within the radius: `a2` first, then `a1`.

@@ -126,13 +126,9 @@ impl RealSchur {
 
     /// Moves a block up to the row `to`, which begins a block.
     pub(super) fn move_up(&mut self, block: Block, to: usize) -> Result<(), PlacementError> {
-        let above = self.blocks(to, block.start);
-        let mut start = block.start;
-        for other in above.into_iter().rev() {
+        for other in self.blocks(to, block.start).into_iter().rev() {
             self.exchange(other, block.order)?;
-            start -= other.order;
         }
-        debug_assert_eq!(start, to);
         Ok(())
     }
 
