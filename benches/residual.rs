@@ -11,7 +11,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use gtfdi::core::Dataset;
-use gtfdi::fdi::{Bank, Detector, OutputDetector, ResidualGenerator, ThresholdRule};
+use gtfdi::fdi::{Bank, Detector, ResidualGenerator, ResidualTest, StatisticKind, ThresholdRule};
 use gtfdi::ident::{Arx, ArxStructure};
 use gtfdi::plant::{NoiseLevel, Scenario, simulate};
 use nalgebra::{DVector, SMatrix, SVector};
@@ -37,15 +37,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let (training, data) = (record(0)?, record(1)?);
     let poles = [("t3", 0.3), ("q_c", 0.7), ("p7", 0.4), ("m9", 0.4)];
-    let detectors = poles
+    let parts = poles
         .map(|(tag, pole)| observer(&training, tag, pole))
         .into_iter()
         .collect::<Result<Vec<_>, _>>()?;
-    let generator = detectors[0].generator.clone();
+    let (generators, tests): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+    let generator = generators[0].clone();
     let one = data.select(&["a_v", "M_f"], &["t3"])?;
     let four = data.select(&["a_v", "M_f"], &poles.map(|(tag, _)| tag))?;
-    let mut single = Detector::new(&Bank::new("one", detectors[..1].to_vec())?);
-    let mut bank = Detector::new(&Bank::new("four", detectors)?);
+    let (first, its_test) = (generators[..1].to_vec(), tests[..1].to_vec());
+    let mut single = Detector::new(&Bank::new("one", first, its_test)?);
+    let mut bank = Detector::new(&Bank::new("four", generators, tests)?);
 
     let expected = dynamic_loop(&generator, &one);
     let scale = one.relative_to(generator.point())?.y().amax();
@@ -56,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for (name, residuals) in [
         ("fixed-size nalgebra", fixed_loop(&generator, &one)),
         ("column arrays", Columns::new(&generator).run(&one)),
-        ("batch", generator.residual(&one)?.as_slice().to_vec()),
+        ("batch", generator.residuals(&one)?.as_slice().to_vec()),
         ("online", online(&mut single, &one)?),
     ] {
         let pairs = residuals.iter().zip(&expected);
@@ -88,9 +90,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             }),
         ),
         (
-            "gtfdi batch, ResidualGenerator::residual",
+            "gtfdi batch, ResidualGenerator::residuals",
             Box::new(|| {
-                let _ = black_box(black_box(&generator).residual(black_box(&one)));
+                let _ = black_box(black_box(&generator).residuals(black_box(&one)));
             }),
         ),
         (
@@ -130,7 +132,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// The paper's observer of one output: ARX of order 8, all poles at one place.
-fn observer(training: &Dataset, tag: &str, pole: f64) -> Result<OutputDetector, Box<dyn Error>> {
+fn observer(
+    training: &Dataset,
+    tag: &str,
+    pole: f64,
+) -> Result<(ResidualGenerator, ResidualTest), Box<dyn Error>> {
     let data = training.select(&["a_v", "M_f"], &[tag])?;
     let (na, nb, nk) = (NX, vec![8, 9], vec![1, 0]);
     let model = Arx::new(ArxStructure::Diagonal { na, nb, nk }).fit(&data)?;
@@ -141,7 +147,9 @@ fn observer(training: &Dataset, tag: &str, pole: f64) -> Result<OutputDetector, 
         factor,
         consecutive,
     };
-    Ok(OutputDetector::calibrate(generator, &[data], rule)?)
+    let statistic = StatisticKind::Modulus;
+    let test = ResidualTest::calibrate(tag, &[&generator], &[data], statistic, rule)?;
+    Ok((generator, test))
 }
 
 /// What a user of nalgebra would write first.
@@ -153,7 +161,7 @@ fn dynamic_loop(generator: &ResidualGenerator, data: &Dataset) -> Vec<f64> {
         .map(|(u, y)| {
             let du = u - &point.u;
             let r = y - point.y[0] - (model.c() * &x)[0] - (model.d() * &du)[0];
-            x = model.a() * &x + model.b() * du + gain * r;
+            x = model.a() * &x + model.b() * du + gain.column(0) * r;
             r
         })
         .collect()

@@ -6,7 +6,7 @@
 use std::error::Error;
 
 use gtfdi::core::Dataset;
-use gtfdi::fdi::{Bank, Detector, OutputDetector, ResidualGenerator, ThresholdRule};
+use gtfdi::fdi::{Bank, Detector, ResidualGenerator, ResidualTest, StatisticKind, ThresholdRule};
 use gtfdi::ident::{Arx, ArxStructure};
 use gtfdi::plant::{Fault, FaultCase, Scenario, simulate};
 
@@ -36,13 +36,14 @@ fn bank() -> Result<Bank, Box<dyn Error>> {
         factor,
         consecutive,
     };
-    let detector = OutputDetector::calibrate(generator, &healthy, rule)?;
-    Ok(Bank::new("thermocouple", vec![detector])?)
+    let statistic = StatisticKind::Modulus;
+    let test = ResidualTest::calibrate("t3", &[&generator], &healthy, statistic, rule)?;
+    Ok(Bank::new("thermocouple", vec![generator], vec![test])?)
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let bank = bank()?;
-    println!("limit on |r|: {:.4} K", bank.detectors()[0].threshold.limit);
+    println!("limit on |r|: {:.4} K", bank.tests()[0].threshold.limit);
     let drift = Fault::nominal(FaultCase::ThermocoupleDrift, 60.0);
     println!("the thermocouple drifts by 5 % an hour from 60 s on");
     let stream = record(3, vec![drift])?;

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use std::thread;
 
 use gtfdi::core::Dataset;
-use gtfdi::fdi::{Bank, Detector, OutputDetector, ResidualGenerator, ThresholdRule};
+use gtfdi::fdi::{Bank, Detector, ResidualGenerator, ResidualTest, StatisticKind, ThresholdRule};
 use gtfdi::ident::{Arx, ArxModel, ArxStructure, validate};
 use gtfdi::plant::{Fault, FaultCase, NoiseLevel, Profile, Run, Scenario, Variant, simulate};
 use nalgebra::{DMatrix, DVector};
@@ -59,15 +59,18 @@ fn observer(tag: &str, pole: f64) -> ResidualGenerator {
 
 /// The four observers, limits at twice the largest healthy residual.
 fn bank() -> Bank {
-    let detectors = MONITORED.map(|(tag, pole)| {
+    let parts = MONITORED.map(|(tag, pole)| {
         let rule = ThresholdRule::Margin {
             factor: 2.0,
             consecutive: 1,
         };
         let healthy = [one(training(), tag), one(fresh(), tag)];
-        OutputDetector::calibrate(observer(tag, pole), &healthy, rule).expect("a limit")
+        let (generator, statistic) = (observer(tag, pole), StatisticKind::Modulus);
+        let test = ResidualTest::calibrate(tag, &[&generator], &healthy, statistic, rule);
+        (generator, test.expect("a limit"))
     });
-    Bank::new("road", detectors.to_vec()).expect("a bank")
+    let (generators, tests) = parts.into_iter().unzip();
+    Bank::new("road", generators, tests).expect("a bank")
 }
 
 /// The record after `quiet` samples at the model's operating point: the past that an observer
@@ -111,7 +114,11 @@ fn residual_is_the_equation_error_filtered_by_the_poles() {
         }
         let expected = DVector::from_vec(filtered);
         let generator = observer(tag, pole);
-        let residual = generator.residual(&data).expect("a residual");
+        let residual = generator
+            .residuals(&data)
+            .expect("a residual")
+            .row(0)
+            .transpose();
         // The step from rest to the record may make the largest residual: once that is forgotten, the
         // others are judged by their own size.
         let settled = generator.settle_samples() + model.max_lag();
@@ -184,14 +191,14 @@ fn online_and_batch_residuals_are_the_same_bits() {
     let tags = MONITORED.map(|(tag, _)| tag);
     let data = fresh().select(&INPUTS, &tags).expect("the channels");
     let run = bank.run(&data).expect("a run");
-    for (row, detector) in bank.detectors().iter().enumerate() {
-        let batch = detector.generator.residual(&data).expect("residuals");
+    for (row, generator) in bank.generators().iter().enumerate() {
+        let batch = generator.residuals(&data).expect("residuals");
         let online = run.residuals.row(row);
         let same = batch
             .iter()
             .zip(online.iter())
             .all(|(a, b)| a.to_bits() == b.to_bits());
-        assert!(same, "{}", detector.name());
+        assert!(same, "{}", generator.outputs()[0].name);
     }
 }
 

@@ -5,12 +5,14 @@
 //! writes the page, figures and logs. Progress is told to a [`Progress`]; drawing it is the
 //! caller's affair.
 
+mod bank_design;
 mod error;
 pub mod paper;
 mod progress;
 pub mod report;
 mod reproduce;
 
+pub use bank_design::{JOINT_TEST, Refusal, TestPlan, Watch, in_sample_optimism, kalman_generator};
 pub use error::CampaignError;
 pub use progress::{Progress, Silent};
 pub use reproduce::tables;

@@ -149,7 +149,7 @@ pub enum FdiError {
         found_s: f64,
     },
     /// A bank without a detector.
-    #[error("bank `{name}`: expected at least one detector, found none")]
+    #[error("bank `{name}`: expected at least one generator and one test, found none")]
     EmptyBank {
         /// The bank's name.
         name: String,
@@ -245,6 +245,25 @@ pub enum FdiError {
         /// The largest that is accepted, in samples.
         high: f64,
         /// The value found, in samples; infinite when it is beyond the range of doubles.
+        found: f64,
+    },
+    /// Too few peaks of a statistic for a fit of their tail.
+    #[error("peaks of the statistic on healthy records: expected at least {needed}, found {found}")]
+    TooFewPeaks {
+        /// Peaks needed for a fit.
+        needed: usize,
+        /// Peaks found.
+        found: usize,
+    },
+    /// A residual does not move on healthy records, so that nothing is known of its noise.
+    #[error(
+        "healthy residual {index} of the test: expected one that moves, found a standard deviation \
+         of {found}"
+    )]
+    ConstantResidual {
+        /// 0-based position of the residual among those of the test.
+        index: usize,
+        /// Its standard deviation.
         found: f64,
     },
     /// Too few simulated paths raise an alarm to say when they do.

@@ -15,11 +15,12 @@ mod error;
 pub mod runtime;
 
 pub use design::{
-    Alarm, Bank, BankRun, Calibration, CusumRunLength, EivKalman, ExceedanceRunLength,
+    Alarm, Bank, BankRun, Calibration, CusumRunLength, EivKalman, Evaluation, ExceedanceRunLength,
     FalseAlarmRate, FalseAlarmSummary, Feature, FilterError, FilterRun, FixedThreshold, Innovation,
-    KalmanFilter, NoiseCovariance, OutputDetector, ResidualGenerator, Riccati, SignatureMatrix,
-    SimulatedRunLength, SimulatedRuns, ThresholdRule, TimeVaryingKalman, calibrate, count_alarms,
-    feature, mean_delay_bound, place, signature,
+    KalmanFilter, MeanTime, NoiseCovariance, ResidualGenerator, ResidualTest, Riccati,
+    SUPPORTED_FACTOR, SignatureMatrix, SimulatedRunLength, SimulatedRuns, StatisticKind,
+    ThresholdRule, TimeVaryingKalman, Whitening, calibrate, count_alarms, feature,
+    mean_delay_bound, place, signature,
 };
 pub use design::{
     Attempt, Criterion, DataBound, EnergyRatio, ObserverDesign, PoleSearch, RecordPair,
@@ -28,6 +29,7 @@ pub use design::{
 pub use design::{PlacementError, SchurPlacement, StabilityBound, place_complex};
 pub use error::FdiError;
 pub use runtime::{
-    Change, ChannelVerdict, Cusum, Decision, Detector, ExceedanceRun, Glr, MovingAverage, Sides,
-    Sprt, SprtDecision, Statistic, StatisticError, StepError, Verdict, Waveform, WindowedChiSquare,
+    Change, ChannelVerdict, Cusum, Decision, Detector, DetectorState, Estimate, Evaluator,
+    ExceedanceRun, Glr, Modulus, MovingAverage, Persistence, ResumeError, Sides, Sprt,
+    SprtDecision, Statistic, StatisticError, StepError, Verdict, Waveform, WindowedChiSquare,
 };

@@ -5,7 +5,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
 use gt_core::{OperatingPoint, Signal, StateSpace};
-use gt_fdi::design::{Bank, OutputDetector, ResidualGenerator, ThresholdRule, calibrate};
+use gt_fdi::design::{Bank, ResidualGenerator, ResidualTest, ThresholdRule, calibrate};
 use gt_fdi::runtime::{
     Cusum, Detector, Glr, MovingAverage, Sides, Sprt, Statistic, Waveform, WindowedChiSquare,
 };
@@ -41,7 +41,7 @@ static ALLOCATOR: Counting = Counting;
 
 /// Eight states, two inputs: a chain of delays with a pole at 0.7.
 #[allow(clippy::unwrap_used)] // part of the test below
-fn detector(output: &str) -> OutputDetector {
+fn part(output: &str) -> (ResidualGenerator, ResidualTest) {
     let a = DMatrix::from_fn(8, 8, |i, j| match (i, j) {
         _ if i == j => 0.7,
         _ if j == i + 1 => 1.0,
@@ -58,12 +58,14 @@ fn detector(output: &str) -> OutputDetector {
         consecutive: 2,
     };
     let calibration = calibrate(&[&[1.0; 20]], 0.08, rule).unwrap();
-    OutputDetector::new(generator, &calibration)
+    let test = ResidualTest::modulus(&generator, &calibration);
+    (generator, test)
 }
 
 #[test]
 fn no_step_allocates() {
-    let bank = Bank::new("four", ["p", "q", "r", "s"].map(detector).to_vec()).unwrap();
+    let (generators, tests) = ["p", "q", "r", "s"].map(part).into_iter().unzip();
+    let bank = Bank::new("four", generators, tests).unwrap();
     let mut detector = Detector::new(&bank);
     let nan = f64::NAN;
     let mut alarms = 0_usize;

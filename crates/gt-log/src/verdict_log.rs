@@ -21,6 +21,7 @@ struct AlarmEvent<'a> {
     severity: u16,
     onset_s: f64,
     residual: f64,
+    statistic: f64,
     limit: f64,
 }
 
@@ -34,12 +35,13 @@ fn alarm_schema() -> serde_json::Value {
             "severity": {"type": "integer", "minimum": 1, "maximum": 1000},
             "onset_s": {"type": "number"},
             "residual": {"type": "number"},
+            "statistic": {"type": "number"},
             "limit": {"type": "number"}
         }
     })
 }
 
-/// Writes residuals, thresholds and alarms of `run` over `data` to `path`; the bank itself is
+/// Writes residuals, statistics, thresholds and alarms of `run` over `data` to `path`; the bank itself is
 /// attached.
 ///
 /// # Errors
@@ -63,26 +65,28 @@ pub fn write_verdicts(
         &document,
     )?;
     let signals: Vec<Signal> = bank
-        .detectors()
+        .generators()
         .iter()
-        .map(|detector| detector.generator.output().clone())
+        .flat_map(|generator| generator.outputs().iter().cloned())
         .collect();
+    let tests: Vec<Signal> = Signal::named(&bank.test_names());
     let period_s = data.sample_time_s();
     let topic = |what: &str| format!("/fdi/{name}/{what}");
     let residual = log.add_topic(&topic("residual"), "Residual", &signals, period_s, name)?;
     let threshold = log.add_topic(
         &topic("threshold"),
         "Threshold",
-        &signals,
+        &tests,
         THRESHOLD_PERIOD_S,
         name,
     )?;
+    let statistic = log.add_topic(&topic("statistic"), "Statistic", &tests, period_s, name)?;
     let alarms = log.add_json_topic("/alarms", "Alarm", &alarm_schema(), name)?;
 
     let limits: Vec<f64> = bank
-        .detectors()
+        .tests()
         .iter()
-        .map(|detector| detector.threshold.limit)
+        .map(|test| test.threshold.limit)
         .collect();
     let mut events: Vec<(f64, &Alarm, &'static str)> = Vec::new();
     for alarm in &run.alarms {
@@ -103,13 +107,16 @@ pub fn write_verdicts(
         }
         let residuals: Vec<f64> = run.residuals.column(k).iter().copied().collect();
         log.write(residual, time_ns, &residuals)?;
+        let statistics: Vec<f64> = run.statistics.column(k).iter().copied().collect();
+        log.write(statistic, time_ns, &statistics)?;
         while let Some((_, alarm, state)) = events.next_if(|event| event.0 <= data.time_s(k)) {
             let event = AlarmEvent {
                 source: &alarm.tag,
                 state,
                 severity: SEVERITY,
-                onset_s: alarm.first_exceedance_s,
+                onset_s: alarm.onset_s.unwrap_or(alarm.first_exceedance_s),
                 residual: alarm.residual,
+                statistic: alarm.statistic,
                 limit: alarm.threshold,
             };
             log.write_json(alarms, time_ns, &event)?;

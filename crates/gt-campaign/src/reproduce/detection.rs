@@ -1,7 +1,7 @@
 //! Sections 5.3 to 5.6: observers with the paper's poles, fixed thresholds, nominal faults.
 
 use gtfdi::core::Dataset;
-use gtfdi::fdi::{Bank, BankRun, FalseAlarmRate, OutputDetector, ThresholdRule};
+use gtfdi::fdi::{Bank, BankRun, FalseAlarmRate, ResidualTest, StatisticKind, ThresholdRule};
 use rayon::prelude::*;
 
 use super::models::Identified;
@@ -39,7 +39,7 @@ pub fn detection_definition(duration_s: f64) -> String {
 
 /// The bank of the four observers.
 pub fn bank(models: &[Identified], records: &Records) -> Result<Bank, CampaignError> {
-    let detectors = models
+    let watched = models
         .par_iter()
         .filter(|identified| identified.monitored.observer_pole.is_some())
         .map(|identified| {
@@ -52,11 +52,15 @@ pub fn bank(models: &[Identified], records: &Records) -> Result<Bank, CampaignEr
                 factor: MARGIN,
                 consecutive: 1,
             };
-            OutputDetector::calibrate(identified.observer()?, &healthy, rule)
-                .during(&format!("threshold of {tag}"))
+            let generator = identified.observer()?;
+            let statistic = StatisticKind::Modulus;
+            let test = ResidualTest::calibrate(tag, &[&generator], &healthy, statistic, rule)
+                .during(&format!("threshold of {tag}"))?;
+            Ok((generator, test))
         })
         .collect::<Result<Vec<_>, CampaignError>>()?;
-    Bank::new("observers", detectors).during("bank of observers")
+    let (generators, tests) = watched.into_iter().unzip();
+    Bank::new("observers", generators, tests).during("bank of observers")
 }
 
 /// The watched outputs' tags.
@@ -75,27 +79,27 @@ pub fn observer_rows(
     models: &[Identified],
     healthy: &BankRun,
 ) -> Result<Vec<ObserverRow>, CampaignError> {
-    bank.detectors()
+    bank.tests()
         .iter()
         .zip(models)
         .zip(&healthy.judged)
-        .map(|((detector, identified), judged)| {
+        .map(|((test, identified), judged)| {
             let alarms = healthy
                 .alarms
                 .iter()
-                .filter(|alarm| alarm.tag == detector.name())
+                .filter(|alarm| alarm.tag == test.name)
                 .count();
             // Settling is not judged, here as in the cross-validation.
             let judged_h = *judged as f64 * bank.sample_time_s() / 3600.0;
             let fit = &identified.validations[0].outputs[0];
             Ok(ObserverRow {
-                output: detector.name().to_owned(),
+                output: test.name.clone(),
                 unit: identified.model.outputs()[0].unit.clone(),
                 pole: paper::default_pole(identified.monitored.tag),
                 paper_reconstruction_error: identified.monitored.reconstruction_error,
                 reconstruction_error: fit.sse_simulation,
-                limit: detector.threshold.limit,
-                false_alarms_cross_validated: detector.false_alarms.cross_validated,
+                limit: test.threshold.limit,
+                false_alarms_cross_validated: test.false_alarms.cross_validated,
                 false_alarms_test: FalseAlarmRate::from_counts(alarms, judged_h)
                     .during("false alarms of the test record")?,
             })

@@ -108,9 +108,9 @@ pub fn residual_figures(
     cases
         .enumerate()
         .filter_map(|(index, ((case, record), run))| {
-            let detector = bank.detectors().get(index)?;
-            let tag = detector.name();
-            let unit = &detector.generator.output().unit;
+            let test = bank.tests().get(index)?;
+            let tag = &test.name;
+            let unit = &bank.generators().get(index)?.outputs()[0].unit;
             let mut marks = vec![Mark {
                 at: ONSET_S,
                 label: "onset".into(),
@@ -118,7 +118,7 @@ pub fn residual_figures(
             if let Some(alarm) = run
                 .alarms
                 .iter()
-                .find(|alarm| alarm.tag == tag && alarm.time_s >= ONSET_S)
+                .find(|alarm| alarm.tag == *tag && alarm.time_s >= ONSET_S)
             {
                 marks.push(Mark {
                     at: alarm.time_s,
@@ -126,7 +126,7 @@ pub fn residual_figures(
                 });
             }
             // The start is the observer settling, which no threshold judges.
-            let settled = detector.generator.settle_samples();
+            let settled = bank.settle_samples(test);
             let judged = |run: &BankRun| {
                 let row = run.residuals.row(index);
                 row.iter()
@@ -134,7 +134,7 @@ pub fn residual_figures(
                     .map(|(k, value)| if k < settled { f64::NAN } else { *value })
                     .collect::<Vec<f64>>()
             };
-            let limit = detector.threshold.limit;
+            let limit = test.threshold.limit;
             Some(Figure {
                 chart: Chart {
                     id: format!("residual_case{}", case.number()),

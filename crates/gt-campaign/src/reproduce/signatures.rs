@@ -72,7 +72,7 @@ fn residuals(
                         .collect())
                 }
                 Residual::Observer => {
-                    let residual = identified.observer()?.residual(&data).during(&what)?;
+                    let residual = identified.observer()?.residuals(&data).during(&what)?;
                     Ok(residual.iter().copied().collect())
                 }
             }

@@ -15,6 +15,9 @@ use crate::row_range::RowRange;
 pub enum GeneratorKind {
     /// Output observers, one an output (eq. 22 of the paper)
     Observer,
+    /// Kalman filters, one an output, for the noise of the model (eq. 27 of the paper); of an ARX
+    /// model its one-step errors
+    Kalman,
 }
 
 /// Evaluation statistics.
@@ -23,6 +26,36 @@ pub enum GeneratorKind {
 pub enum Statistic {
     /// The residual's modulus against a fixed threshold (eq. 26 of the paper)
     Threshold,
+    /// The mean of the whitened residual over a window
+    MovingAverage,
+    /// The cumulative sum of the whitened residual, for lasting deviations
+    Cusum,
+    /// The likelihood ratio of the whitened residual, for ramps or steps of unknown onset and size
+    Glr,
+    /// The sum of squares of the whitened residual over a window
+    Chi2,
+}
+
+/// Which residuals are tested.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WatchKind {
+    /// Each output's by itself
+    Outputs,
+    /// All together: the norm of the residuals whitened among themselves
+    Joint,
+    /// Both
+    Both,
+}
+
+/// The faults that a likelihood ratio looks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WaveformKind {
+    /// A deviation that grows steadily
+    Ramp,
+    /// A deviation that is there at once
+    Step,
 }
 
 /// `gtfdi design`.
@@ -30,7 +63,9 @@ pub enum Statistic {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
 Example: gtfdi design --model model.json --healthy healthy.mcap --poles 0.7 --margin 1.2 \
---consecutive 6 --out bank.json")]
+--consecutive 6 --out bank.json
+         gtfdi design --model model.json --healthy h1.mcap,h2.mcap --generator kalman \
+--statistic glr --arl0 24h --out bank.json")]
 pub struct DesignArgs {
     /// Model file written by identify
     #[arg(long, env = "GTFDI_MODEL", value_name = "MODEL.json")]
@@ -60,6 +95,33 @@ pub struct DesignArgs {
     /// Evaluation statistic [default: threshold]
     #[arg(long, env = "GTFDI_STATISTIC", value_enum)]
     pub statistic: Option<Statistic>,
+    /// Which residuals are tested [default: outputs]
+    #[arg(long, env = "GTFDI_WATCH", value_enum)]
+    pub watch: Option<WatchKind>,
+    /// Window of moving-average [default: 125] or chi2 [default: 25], longest of glr [default: 4096],
+    /// in samples
+    #[arg(long, env = "GTFDI_WINDOW", value_name = "SAMPLES", value_parser = count())]
+    pub window: Option<usize>,
+    /// Allowance of cusum in standard deviations: half the deviation to be found [default: 0.5]
+    #[arg(
+        long,
+        env = "GTFDI_ALLOWANCE",
+        value_name = "SIGMAS",
+        allow_negative_numbers = true
+    )]
+    pub allowance: Option<f64>,
+    /// The faults that glr looks for [default: ramp]
+    #[arg(long, env = "GTFDI_WAVEFORM", value_enum)]
+    pub waveform: Option<WaveformKind>,
+    /// Sizes of the faults that glr looks for, smallest and largest, in standard deviations (a
+    /// sample, of ramps) [default: 1e-4:1e-2 of ramps, 0.1:10 of steps]
+    #[arg(
+        long,
+        env = "GTFDI_SIZES",
+        value_name = "A:B",
+        allow_hyphen_values = true
+    )]
+    pub sizes: Option<String>,
     /// Limit by the share of healthy samples above it
     #[arg(
         long,
@@ -68,7 +130,7 @@ pub struct DesignArgs {
         allow_negative_numbers = true
     )]
     pub exceedance: Option<f64>,
-    /// Limit as a multiple of the largest healthy residual [default: 1.2]
+    /// Limit as a multiple of the largest healthy value [default, for threshold: 1.2]
     #[arg(
         long,
         env = "GTFDI_MARGIN",
@@ -76,7 +138,8 @@ pub struct DesignArgs {
         allow_negative_numbers = true
     )]
     pub margin: Option<f64>,
-    /// Limit by the mean time between false alarms, such as 24h or 30min
+    /// Limit by the mean time between false alarms of all tests together, such as 24h or 30min
+    /// [default, but for threshold: 24h]
     #[arg(
         long,
         env = "GTFDI_ARL0",

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use gt_log::{RunMetadata, read_json, write_verdicts};
-use gtfdi::fdi::{Alarm, Bank, FalseAlarmRate};
+use gtfdi::fdi::{Alarm, Bank, FalseAlarmRate, MeanTime, StatisticKind};
 use serde::Serialize;
 
 use super::SCHEMA_VERSION;
@@ -32,12 +32,14 @@ struct AlarmReport<'a> {
 #[derive(Serialize)]
 struct OutputReport<'a> {
     name: &'a str,
+    statistic: &'a StatisticKind,
     threshold: f64,
     consecutive: usize,
     judged_samples: usize,
     exceedance_share: Option<f64>,
     alarms: usize,
     false_alarms_per_hour: FalseAlarmRate,
+    mean_time_between_false_alarms: Option<MeanTime>,
 }
 
 #[derive(Serialize)]
@@ -47,6 +49,8 @@ struct Report<'a> {
     sample_time_s: f64,
     alarms: Vec<AlarmReport<'a>>,
     outputs: Vec<OutputReport<'a>>,
+    /// Of all tests together, counted by cross-validation when the bank was designed.
+    false_alarms_per_hour: FalseAlarmRate,
     input_sha256: &'a str,
     warnings: Vec<String>,
     out: Option<&'a Path>,
@@ -79,9 +83,9 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     let run = bank
         .run(data)
         .map_err(|error| Failure::in_file(path, error))?;
-    for (detector, judged) in bank.detectors().iter().zip(&run.judged) {
-        let settle = detector.generator.settle_samples();
-        if let Some(warning) = blind(detector.name(), *judged, settle, data.len()) {
+    for (test, judged) in bank.tests().iter().zip(&run.judged) {
+        let settle = bank.settle_samples(test);
+        if let Some(warning) = blind(&test.name, *judged, settle, data.len()) {
             complain(&format!("warning: {}: {warning}", path.display()));
             warnings.push(warning);
         }
@@ -101,23 +105,26 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         sample_time_s: data.sample_time_s(),
         alarms: run.alarms.iter().map(alarm_report).collect(),
         outputs: bank
-            .detectors()
+            .tests()
             .iter()
             .zip(run.judged.iter().zip(&run.share_above_limit))
-            .map(|(detector, (judged, share))| OutputReport {
-                name: detector.name(),
-                threshold: detector.threshold.limit,
-                consecutive: detector.threshold.consecutive,
+            .map(|(test, (judged, share))| OutputReport {
+                name: &test.name,
+                statistic: &test.evaluation.statistic,
+                threshold: test.threshold.limit,
+                consecutive: test.threshold.consecutive,
                 judged_samples: *judged,
                 exceedance_share: share.is_finite().then_some(*share),
                 alarms: run
                     .alarms
                     .iter()
-                    .filter(|alarm| alarm.tag == detector.name())
+                    .filter(|alarm| alarm.tag == test.name)
                     .count(),
-                false_alarms_per_hour: detector.false_alarms.cross_validated,
+                false_alarms_per_hour: test.false_alarms.cross_validated,
+                mean_time_between_false_alarms: test.false_alarms.mean_time,
             })
             .collect(),
+        false_alarms_per_hour: bank.false_alarms(),
         input_sha256: &imported.sha256,
         warnings,
         out: args.out.as_deref(),
@@ -139,7 +146,7 @@ fn blind(output: &str, judged: usize, settle: usize, samples: usize) -> Option<S
     let expected = samples.saturating_sub(settle);
     if expected == 0 {
         return Some(format!(
-            "`{output}` was never judged: its observer settles for {settle} samples, the record \
+            "`{output}` was never judged: its generator settles for {settle} samples, the record \
              has {samples}"
         ));
     }
@@ -158,10 +165,10 @@ fn alarm_report(alarm: &Alarm) -> AlarmReport<'_> {
         end_s: alarm.end_s,
         fault: None,
         tag: &alarm.tag,
-        statistic: alarm.residual.abs(),
+        statistic: alarm.statistic,
         threshold: alarm.threshold,
-        onset_s: None,
-        magnitude: None,
+        onset_s: alarm.onset_s,
+        magnitude: alarm.deviation,
         probability: None,
     }
 }
@@ -183,7 +190,7 @@ fn text(report: &Report) -> String {
         .collect();
     let mut text = table(
         &[
-            "output",
+            "test",
             "limit",
             "judged samples",
             "above limit %",
@@ -213,7 +220,13 @@ fn text(report: &Report) -> String {
         .collect();
     text.push('\n');
     text.push_str(&table(
-        &["alarm", "at s", "above limit from s", "until s", "|r|"],
+        &[
+            "alarm",
+            "at s",
+            "above limit from s",
+            "until s",
+            "statistic",
+        ],
         &alarms,
     ));
     text

@@ -8,7 +8,6 @@ pub mod identify;
 pub mod log_info;
 pub mod model;
 mod noise;
-mod poles;
 pub mod reproduce;
 pub mod simulate;
 

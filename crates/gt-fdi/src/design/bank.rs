@@ -1,82 +1,23 @@
-//! A bank of output observers with their thresholds, and its run over a record.
+//! A bank of residual generators and of tests on their residuals, and its run over a record.
 
 use gt_core::Dataset;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use super::calibration::{Calibration, FalseAlarmSummary, calibrate};
 use super::channels::{Channels, check_sample_time, check_unique};
+use super::false_alarm::FalseAlarmRate;
 use super::generator::ResidualGenerator;
-use super::threshold::{FixedThreshold, ThresholdRule};
+use super::residual_test::ResidualTest;
 use crate::FdiError;
-use crate::runtime::{Channel, ChannelVerdict, Detector};
+use crate::runtime::{Channel, ChannelParts, ChannelVerdict, Detector, Parts};
 
 /// The version of the file format of a [`Bank`].
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
-/// One output's generator and threshold, with the false alarms counted when it was set.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct OutputDetector {
-    /// The residual generator.
-    pub generator: ResidualGenerator,
-    /// The threshold on its residual.
-    pub threshold: FixedThreshold,
-    /// The false alarms counted when the threshold was set.
-    pub false_alarms: FalseAlarmSummary,
-}
-
-impl OutputDetector {
-    /// A generator with the threshold that was calibrated on its residuals.
-    pub fn new(generator: ResidualGenerator, calibration: &Calibration) -> Self {
-        let false_alarms = calibration.summary();
-        Self {
-            generator,
-            threshold: calibration.threshold,
-            false_alarms,
-        }
-    }
-
-    /// A generator with a threshold calibrated on healthy records: their residuals without the
-    /// first [`ResidualGenerator::settle_samples`] of each.
-    ///
-    /// # Errors
-    /// As [`ResidualGenerator::residual`] and [`calibrate`], whose sample indices count from the
-    /// end of the settling; besides when a record is not longer than the settling.
-    pub fn calibrate(
-        generator: ResidualGenerator,
-        healthy: &[Dataset],
-        rule: ThresholdRule,
-    ) -> Result<Self, FdiError> {
-        let settle = generator.settle_samples();
-        let mut residuals = Vec::with_capacity(healthy.len());
-        for (record, data) in healthy.iter().enumerate() {
-            let residual = generator.residual(data)?;
-            if residual.len() <= settle {
-                let found = residual.len();
-                return Err(FdiError::HealthySamples {
-                    record,
-                    needed: settle + 1,
-                    found,
-                });
-            }
-            residuals.push(residual);
-        }
-        let settled: Vec<&[f64]> = residuals.iter().map(|r| &r.as_slice()[settle..]).collect();
-        let calibration = calibrate(&settled, generator.sample_time_s(), rule)?;
-        Ok(Self::new(generator, &calibration))
-    }
-
-    /// The output's tag.
-    pub fn name(&self) -> &str {
-        &self.generator.output().name
-    }
-}
-
-/// One detector an output, all at one sample time.
+/// Residual generators at one sample time, each output with one, and tests on their residuals.
 ///
 /// Construction and deserialisation both check the format's version, the sample times, the
-/// thresholds, and that no output has two detectors.
+/// tests, that no output has two generators, and that every test finds its outputs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Unchecked")]
 pub struct Bank {
@@ -85,7 +26,8 @@ pub struct Bank {
     /// The bank's name.
     pub name: String,
     sample_time_s: f64,
-    detectors: Vec<OutputDetector>,
+    generators: Vec<ResidualGenerator>,
+    tests: Vec<ResidualTest>,
 }
 
 /// The fields of a [`Bank`] as they come from a file.
@@ -95,7 +37,8 @@ struct Unchecked {
     schema_version: u32,
     name: String,
     sample_time_s: f64,
-    detectors: Vec<OutputDetector>,
+    generators: Vec<ResidualGenerator>,
+    tests: Vec<ResidualTest>,
 }
 
 impl TryFrom<Unchecked> for Bank {
@@ -109,39 +52,60 @@ impl TryFrom<Unchecked> for Bank {
                 found,
             });
         }
-        let bank = Self::new(raw.name, raw.detectors)?;
+        let bank = Self::new(raw.name, raw.generators, raw.tests)?;
         check_sample_time("the bank", bank.sample_time_s, raw.sample_time_s)?;
         Ok(bank)
     }
 }
 
 impl Bank {
-    /// A checked bank; its sample time is that of its detectors.
+    /// A checked bank; its sample time is that of its generators.
     ///
     /// # Errors
-    /// [`FdiError`] when there is no detector, sample times differ, an output has two detectors or
-    /// a threshold is out of range.
-    pub fn new(name: impl Into<String>, detectors: Vec<OutputDetector>) -> Result<Self, FdiError> {
+    /// [`FdiError`] when there is no generator or no test, sample times differ, an output has two
+    /// generators, two tests have one name, a test watches an output without a generator, or a
+    /// limit is out of range.
+    pub fn new(
+        name: impl Into<String>,
+        generators: Vec<ResidualGenerator>,
+        tests: Vec<ResidualTest>,
+    ) -> Result<Self, FdiError> {
         let name = name.into();
-        let Some(first) = detectors.first() else {
+        let (Some(first), false) = (generators.first(), tests.is_empty()) else {
             return Err(FdiError::EmptyBank { name });
         };
-        let sample_time_s = first.generator.sample_time_s();
-        for detector in &detectors {
-            let what = format!("the generator of `{}`", detector.name());
-            check_sample_time(&what, sample_time_s, detector.generator.sample_time_s())?;
-            detector.threshold.validate()?;
+        let sample_time_s = first.sample_time_s();
+        for generator in &generators {
+            let tags = tags(generator).collect::<Vec<_>>().join(", ");
+            let what = format!("the generator of `{tags}`");
+            check_sample_time(&what, sample_time_s, generator.sample_time_s())?;
         }
-        let tags: Vec<&String> = detectors
-            .iter()
-            .map(|detector| &detector.generator.output().name)
-            .collect();
-        check_unique("outputs of the bank", &tags)?;
+        let signals = generators.iter().flat_map(ResidualGenerator::outputs);
+        let outputs: Vec<&String> = signals.map(|signal| &signal.name).collect();
+        check_unique("outputs of the bank", &outputs)?;
+        let names: Vec<&String> = tests.iter().map(|test| &test.name).collect();
+        check_unique("tests of the bank", &names)?;
+        for test in &tests {
+            test.validate()?;
+            check_unique(
+                "outputs of a test",
+                &test.outputs.iter().collect::<Vec<_>>(),
+            )?;
+            let absent = test.outputs.iter().filter(|tag| !outputs.contains(tag));
+            let missing: Vec<String> = absent.cloned().collect();
+            if !missing.is_empty() {
+                return Err(FdiError::MissingTags {
+                    missing,
+                    available: outputs.into_iter().cloned().collect(),
+                });
+            }
+        }
         Ok(Self {
             schema_version: SCHEMA_VERSION,
             name,
             sample_time_s,
-            detectors,
+            generators,
+            tests,
         })
     }
 
@@ -150,32 +114,74 @@ impl Bank {
         self.sample_time_s
     }
 
-    /// The detectors, one an output.
-    pub fn detectors(&self) -> &[OutputDetector] {
-        &self.detectors
+    /// The generators.
+    pub fn generators(&self) -> &[ResidualGenerator] {
+        &self.generators
     }
 
-    /// Tags of all inputs that a generator reads, each once, in the order of first appearance.
+    /// The tests.
+    pub fn tests(&self) -> &[ResidualTest] {
+        &self.tests
+    }
+
+    /// Tags of all inputs that a generator reads, each once, in the order of first appearance; those
+    /// that are outputs of the bank are read there.
     pub fn inputs(&self) -> Vec<String> {
+        let outputs = self.outputs();
         let mut tags: Vec<String> = Vec::new();
-        for signal in self
-            .detectors
-            .iter()
-            .flat_map(|detector| detector.generator.inputs())
-        {
-            if !tags.contains(&signal.name) {
+        for signal in self.generators.iter().flat_map(ResidualGenerator::inputs) {
+            if !tags.contains(&signal.name) && !outputs.contains(&signal.name) {
                 tags.push(signal.name.clone());
             }
         }
         tags
     }
 
-    /// Tags of the outputs, in the order of the detectors.
+    /// Tags of the outputs, in the order of the generators.
     pub fn outputs(&self) -> Vec<String> {
-        self.detectors
+        let all = self.generators.iter().flat_map(tags);
+        all.map(str::to_owned).collect()
+    }
+
+    /// Names of the tests.
+    pub fn test_names(&self) -> Vec<String> {
+        self.tests.iter().map(|test| test.name.clone()).collect()
+    }
+
+    /// Samples before a test judges: until those of the bank's generators that it reads have
+    /// settled and its whitening has its past.
+    pub fn settle_samples(&self, test: &ResidualTest) -> usize {
+        let own = self
+            .sources(test)
+            .map(|source| self.generators[source].settle_samples());
+        let whitening = test.evaluation.whitening.as_ref();
+        own.max().unwrap_or(0) + whitening.map_or(0, super::whitening::Whitening::order)
+    }
+
+    /// The false alarms of all tests together, as counted by cross-validation when their limits were
+    /// set: alarms that several tests raise count several times.
+    pub fn false_alarms(&self) -> FalseAlarmRate {
+        let rates = self
+            .tests
             .iter()
-            .map(|detector| detector.name().to_owned())
-            .collect()
+            .map(|test| test.false_alarms.cross_validated);
+        // The tests of a bank are calibrated on the same records; the shortest time is the safe one.
+        let hours = rates
+            .clone()
+            .map(|rate| rate.hours)
+            .fold(f64::MAX, f64::min);
+        let alarms = rates.clone().map(|rate| rate.alarms).sum();
+        let fallback = self.tests[0].false_alarms.cross_validated;
+        FalseAlarmRate::from_counts(alarms, hours).unwrap_or(fallback)
+    }
+
+    /// The generators that a test reads.
+    fn sources<'a>(&'a self, test: &'a ResidualTest) -> impl Iterator<Item = usize> + 'a {
+        let generators = self.generators.iter().enumerate();
+        let read = generators.filter(|(_, generator)| {
+            tags(generator).any(|tag| test.outputs.iter().any(|own| own == tag))
+        });
+        read.map(|(index, _)| index)
     }
 
     /// Runs the bank over a record that has its channels, by name, in any order and among others:
@@ -189,13 +195,17 @@ impl Bank {
         let mut detector = Detector::new(self);
         let mut log = AlarmLog::new(self);
         let mut residuals = DMatrix::zeros(outputs.len(), data.len());
+        let mut statistics = DMatrix::zeros(self.tests.len(), data.len());
         let mut time_s = Vec::with_capacity(data.len());
-        for (sample, mut column) in residuals.column_iter_mut().enumerate() {
+        for sample in 0..data.len() {
             let (u, y) = channels.at(sample);
             let verdict = detector.step(data.time_s(sample), u, y)?;
             time_s.push(verdict.time_s);
+            residuals
+                .column_mut(sample)
+                .copy_from_slice(&verdict.residuals);
             for (index, channel) in verdict.channels.iter().enumerate() {
-                column[index] = channel.residual;
+                statistics[(index, sample)] = channel.statistic;
                 log.take(verdict.time_s, index, channel);
             }
         }
@@ -205,6 +215,8 @@ impl Bank {
             time_s,
             outputs,
             residuals,
+            tests: self.test_names(),
+            statistics,
             alarms: log.alarms,
             judged,
             share_above_limit,
@@ -212,26 +224,58 @@ impl Bank {
     }
 }
 
+/// Tags of a generator's outputs.
+fn tags(generator: &ResidualGenerator) -> impl Iterator<Item = &str> {
+    generator
+        .outputs()
+        .iter()
+        .map(|signal| signal.name.as_str())
+}
+
 impl Detector {
     /// The online detector of a bank, with every generator in its initial state.
     pub fn new(bank: &Bank) -> Self {
-        let inputs = bank.inputs();
-        let channels = bank.detectors.iter().map(|detector| {
-            let generator = &detector.generator;
+        let (inputs, outputs) = (bank.inputs(), bank.outputs());
+        let generators = bank.generators.iter().map(|generator| {
             let own = generator.inputs().iter();
             let places = own
-                .filter_map(|signal| inputs.iter().position(|tag| *tag == signal.name))
+                .filter_map(|signal| {
+                    let mut all = inputs.iter().chain(&outputs);
+                    all.position(|tag| *tag == signal.name)
+                })
                 .collect();
-            let threshold = &detector.threshold;
-            Channel::new(
-                generator.runtime(places),
-                threshold.limit,
-                threshold.consecutive,
-                generator.settle_samples(),
-            )
+            generator.runtime(places)
+        });
+        let generators = generators.collect();
+        let channels = bank.tests.iter().filter_map(|test| {
+            let own = test.outputs.iter();
+            let places = own.filter_map(|name| outputs.iter().position(|tag| tag == name));
+            let whitening = test.evaluation.whitening.as_ref();
+            let one = test.outputs.len() == 1;
+            // The bank has checked the statistic's numbers; the limit may be 0, which the
+            // statistic itself, not compared with its own threshold here, does not take.
+            let threshold = test.threshold.limit.max(f64::MIN_POSITIVE);
+            let evaluator = test.evaluation.statistic.evaluator(threshold).ok()?;
+            Some(Channel::new(ChannelParts {
+                sources: bank.sources(test).collect(),
+                places: places.collect(),
+                whitener: whitening.map(super::whitening::Whitening::runtime),
+                evaluator,
+                unit: whitening.filter(|_| one).map_or(1.0, |own| own.unit()),
+                limit: test.threshold.limit,
+                persistence: test.persistence(),
+                settle_samples: bank.settle_samples(test),
+            }))
         });
         let channels = channels.collect();
-        Self::from_parts(inputs, bank.outputs(), bank.sample_time_s, channels)
+        Self::from_parts(Parts {
+            inputs: inputs.clone(),
+            outputs: outputs.clone(),
+            tests: bank.test_names(),
+            sample_time_s: bank.sample_time_s,
+            generators,
+            channels,
+        })
     }
 }
 
@@ -240,16 +284,23 @@ impl Detector {
 pub struct Alarm {
     /// Time at which the alarm came up, in seconds.
     pub time_s: f64,
-    /// Time of the first sample above the limit, in seconds: the onset estimate.
+    /// Time of the first sample of the run above the limit, in seconds.
     pub first_exceedance_s: f64,
-    /// The output's tag.
+    /// The likeliest onset of the fault in seconds, where the statistic tells.
+    pub onset_s: Option<f64>,
+    /// The test's name: the output's tag where it watches one.
     pub tag: String,
-    /// The residual when the alarm came up, with its sign, in the output's unit.
+    /// The residual when the alarm came up: see [`ChannelVerdict::residual`].
     pub residual: f64,
-    /// The limit that `|residual|` exceeds.
+    /// The statistic when the alarm came up.
+    pub statistic: f64,
+    /// The limit that the statistic exceeds.
     pub threshold: f64,
-    /// Time of the first sample no longer above the limit (or without a residual), in seconds;
-    /// `None` when the record ends before.
+    /// The likeliest deviation of the residual's mean when the alarm came up, in the output's unit,
+    /// where the statistic tells.
+    pub deviation: Option<f64>,
+    /// Time of the sample that ended the alarm: the last of those within the limit that it waits
+    /// for, or one without a residual, in seconds; `None` when the record ends before.
     pub end_s: Option<f64>,
 }
 
@@ -260,33 +311,37 @@ pub struct BankRun {
     pub time_s: Vec<f64>,
     /// Tags of the outputs, the rows of `residuals`.
     pub outputs: Vec<String>,
-    /// Residuals (one row a detector, N columns), settling included; NaN where a sample is missing.
+    /// Residuals (one row an output, N columns) in the outputs' units, settling included; NaN where
+    /// a sample is missing.
     pub residuals: DMatrix<f64>,
+    /// Names of the tests, the rows of `statistics`.
+    pub tests: Vec<String>,
+    /// Statistics (one row a test, N columns); NaN where nothing is judged.
+    pub statistics: DMatrix<f64>,
     /// Alarm events in order of time.
     pub alarms: Vec<Alarm>,
-    /// For each detector the samples that were judged: settled, with a residual.
+    /// For each test the samples that were judged: settled, with a residual.
     pub judged: Vec<usize>,
-    /// For each detector the share of its judged samples (settled, with a residual) above the
-    /// limit; NaN when none was judged.
+    /// For each test the share of its judged samples above the limit; NaN when none was judged.
     pub share_above_limit: Vec<f64>,
 }
 
 /// Collects alarm events and counts exceedances while a bank runs.
 struct AlarmLog<'a> {
-    detectors: &'a [OutputDetector],
+    bank: &'a Bank,
     alarms: Vec<Alarm>,
-    /// For each detector the position of its open alarm.
+    /// For each test the position of its open alarm.
     open: Vec<Option<usize>>,
-    /// For each detector the judged samples and those above the limit.
+    /// For each test the judged samples and those above the limit.
     counts: Vec<(usize, usize)>,
 }
 
 impl<'a> AlarmLog<'a> {
     fn new(bank: &'a Bank) -> Self {
-        let size = bank.detectors.len();
+        let size = bank.tests.len();
         let (open, counts) = (vec![None; size], vec![(0, 0); size]);
         Self {
-            detectors: &bank.detectors,
+            bank,
             alarms: Vec::new(),
             open,
             counts,
@@ -299,13 +354,18 @@ impl<'a> AlarmLog<'a> {
             self.counts[index].1 += usize::from(channel.exceeds);
         }
         if channel.new_alarm {
+            let test = &self.bank.tests[index];
+            let age = channel.onset_age;
             self.open[index] = Some(self.alarms.len());
             self.alarms.push(Alarm {
                 time_s,
                 first_exceedance_s: channel.first_exceedance_s.unwrap_or(time_s),
-                tag: self.detectors[index].name().to_owned(),
+                onset_s: age.map(|age| time_s - (age as f64 - 1.0) * self.bank.sample_time_s),
+                tag: test.name.clone(),
                 residual: channel.residual,
-                threshold: self.detectors[index].threshold.limit,
+                statistic: channel.statistic,
+                threshold: test.threshold.limit,
+                deviation: channel.deviation,
                 end_s: None,
             });
         } else if !channel.alarm

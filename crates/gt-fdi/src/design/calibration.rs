@@ -3,8 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::false_alarm::{FalseAlarmRate, count_alarms};
+use super::mean_time::MeanTime;
 use super::threshold::{FixedThreshold, ThresholdRule};
 use crate::FdiError;
+use crate::runtime::Persistence;
 
 /// Blocks into which a single healthy record is cut for cross-validation.
 const BLOCKS: usize = 5;
@@ -35,6 +37,7 @@ impl Calibration {
             in_sample: self.false_alarms,
             cross_validated: self.cross_validated,
             cross_validated_exceedance_share: self.cross_validated_exceedance_share,
+            mean_time: None,
         }
     }
 }
@@ -49,6 +52,8 @@ pub struct FalseAlarmSummary {
     pub cross_validated: FalseAlarmRate,
     /// Share of samples above the limit in that cross-validation.
     pub cross_validated_exceedance_share: f64,
+    /// The promise of a limit by mean time between false alarms, where the statistic has memory.
+    pub mean_time: Option<MeanTime>,
 }
 
 /// A threshold from healthy residuals: one slice a record, settling already cut off,
@@ -64,6 +69,17 @@ pub fn calibrate(
     sample_time_s: f64,
     rule: ThresholdRule,
 ) -> Result<Calibration, FdiError> {
+    calibrate_held(residuals, sample_time_s, rule, 1)
+}
+
+/// As [`calibrate`], for values whose alarms last until `release` samples in a row are within the
+/// limit.
+pub(super) fn calibrate_held(
+    residuals: &[&[f64]],
+    sample_time_s: f64,
+    rule: ThresholdRule,
+    release: usize,
+) -> Result<Calibration, FdiError> {
     rule.validate()?;
     check_records(residuals, sample_time_s, rule)?;
     let limit = Search::new(residuals, sample_time_s).limit(rule, None);
@@ -75,13 +91,14 @@ pub fn calibrate(
     };
     threshold.validate()?;
 
-    let alarms = residuals
-        .iter()
-        .map(|r| count_alarms(r, limit, consecutive))
-        .sum();
+    let wait = Persistence {
+        consecutive,
+        release,
+    };
+    let alarms = residuals.iter().map(|r| count_alarms(r, limit, wait)).sum();
     let samples: usize = residuals.iter().map(|r| r.len()).sum();
     let hours = samples as f64 * sample_time_s / 3600.0;
-    let (cross_alarms, exceedances) = cross_validate(&folds(residuals), sample_time_s, rule);
+    let (cross_alarms, exceedances) = cross_validate(&folds(residuals), sample_time_s, rule, wait);
     Ok(Calibration {
         threshold,
         false_alarms: FalseAlarmRate::from_counts(alarms, hours)?,
@@ -182,13 +199,18 @@ fn folds<'a>(residuals: &[&'a [f64]]) -> Vec<&'a [f64]> {
 }
 
 /// Alarms and samples above the limit when each fold is judged by a limit that the others set.
-fn cross_validate(folds: &[&[f64]], sample_time_s: f64, rule: ThresholdRule) -> (usize, usize) {
+fn cross_validate(
+    folds: &[&[f64]],
+    sample_time_s: f64,
+    rule: ThresholdRule,
+    wait: Persistence,
+) -> (usize, usize) {
     let search = Search::new(folds, sample_time_s);
     let mut alarms = 0;
     let mut exceedances = 0;
     for (index, fold) in folds.iter().enumerate() {
         let limit = search.limit(rule, Some(index));
-        alarms += count_alarms(fold, limit, rule.consecutive());
+        alarms += count_alarms(fold, limit, wait);
         exceedances += fold.iter().filter(|r| r.abs() > limit).count();
     }
     (alarms, exceedances)

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::FdiError;
-use crate::runtime::ExceedanceRun;
+use crate::runtime::{ExceedanceRun, Persistence};
 
 /// Probability left out on each side of the interval: 95 % in all.
 const TAIL: f64 = 0.025;
@@ -98,12 +98,13 @@ impl FalseAlarmRate {
     }
 }
 
-/// Alarm events in a residual: runs of at least `consecutive` samples with `|r| > limit`.
-pub fn count_alarms(residual: &[f64], limit: f64, consecutive: usize) -> usize {
+/// Alarm events in a series: runs of samples with a modulus above `limit`, as long as `wait` asks
+/// for; they last until as many samples in a row are within the limit.
+pub fn count_alarms(series: &[f64], limit: f64, wait: Persistence) -> usize {
     let mut run = ExceedanceRun::default();
-    residual
+    series
         .iter()
-        .filter(|&&r| run.update(0.0, r, limit) == consecutive.max(1))
+        .filter(|value| run.update(0.0, value.abs(), limit, wait))
         .count()
 }
 

@@ -1,6 +1,6 @@
 //! The residual generator: an output observer round its operating point.
 
-use gt_core::{Dataset, DimensionError, OperatingPoint, Signal, StateSpace};
+use gt_core::{Dataset, DimensionError, OperatingPoint, Signal, StateSpace, stored_matrix};
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
@@ -11,7 +11,7 @@ use super::observer::check_single_output;
 use super::placement::PlacedPoles;
 use super::settling::{settling, spectral_radius};
 use crate::FdiError;
-use crate::runtime::{Generator, Matrices, Update};
+use crate::runtime::{Generator, Matrices};
 
 /// The share of an initial state error below which a generator has settled.
 pub const SETTLE_LEVEL: f64 = 1e-4;
@@ -22,10 +22,11 @@ pub const MAX_SETTLE_SAMPLES: usize = 100_000;
 /// entry: more than another machine's rounding, less than any other pole.
 const GAIN_TOLERANCE: f64 = 1e-6;
 
-/// An output observer (the paper's eq. 22) for one output:
+/// An output observer (the paper's eq. 22):
 /// `r(t) = (y - y0) - C x - D (u - u0)`, `x(t+1) = A x + B (u - u0) + K r`, from `x(0) = 0`.
 ///
-/// For one output `r = eps / P(z^-1)`: `eps` is the equation error of the model's ARX form, which
+/// It has one output where its poles are placed, and any number where it is a Kalman filter. For
+/// one output `r = eps / P(z^-1)`: `eps` is the equation error of the model's ARX form, which
 /// does not depend on the poles, and `P = prod_i (1 - p_i z^-1)` that of the placed poles, or
 /// of those of a Kalman filter, which is the same structure with another gain.
 ///
@@ -34,7 +35,7 @@ const GAIN_TOLERANCE: f64 = 1e-6;
 #[serde(try_from = "Unchecked")]
 pub struct ResidualGenerator {
     model: StateSpace,
-    gain: DVector<f64>,
+    gain: DMatrix<f64>,
     point: OperatingPoint,
     poles: PlacedPoles,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -48,7 +49,8 @@ pub struct ResidualGenerator {
 #[serde(deny_unknown_fields)]
 struct Unchecked {
     model: StateSpace,
-    gain: DVector<f64>,
+    #[serde(deserialize_with = "stored_matrix")]
+    gain: DMatrix<f64>,
     point: OperatingPoint,
     poles: PlacedPoles,
     #[serde(default)]
@@ -59,27 +61,28 @@ impl TryFrom<Unchecked> for ResidualGenerator {
     type Error = FdiError;
 
     fn try_from(raw: Unchecked) -> Result<Self, FdiError> {
-        check_single_output(&raw.model)?;
-        raw.poles.check(if raw.noise.is_some() {
+        let placed = if raw.noise.is_some() {
             0
         } else {
+            check_single_output(&raw.model)?;
             raw.model.nx()
-        })?;
+        };
+        raw.poles.check(placed)?;
         let read = Self::checked(raw.model, raw.gain, raw.point, raw.poles, raw.noise)?;
         let (design, designed) = match &read.noise {
             Some(noise) => ("noise", innovation_gain(&read.model, noise)?),
-            None => ("poles", read.poles.place(&read.model)?),
+            None => ("poles", column(&read.poles.place(&read.model)?)),
         };
         let scale = designed.amax().max(f64::MIN_POSITIVE);
         let difference = (&designed - &read.gain).map(|value| value.abs() / scale);
-        if difference.iter().any(|value| *value > GAIN_TOLERANCE) {
-            let state = difference.imax();
+        if let Some(index) = difference.iter().position(|value| *value > GAIN_TOLERANCE) {
+            let (state, output) = difference.vector_to_matrix_index(index);
             return Err(FdiError::Gain {
-                output: read.output().name.clone(),
+                output: read.outputs()[output].name.clone(),
                 design,
                 state,
-                expected: designed[state],
-                found: read.gain[state],
+                expected: designed[index],
+                found: read.gain[index],
             });
         }
         Ok(read)
@@ -117,23 +120,21 @@ impl ResidualGenerator {
         point: OperatingPoint,
         poles: PlacedPoles,
     ) -> Result<Self, FdiError> {
-        let gain = poles.place(&model)?;
+        let gain = column(&poles.place(&model)?);
         Self::checked(model, gain, point, poles, None)
     }
 
-    /// The steady Kalman filter of a model with one output as an output observer: the gain is
-    /// [`KalmanFilter::predictor_gain`], the residual the innovation in the unit of the output,
-    /// white with the variance [`KalmanFilter::innovation_covariance`] under the noise.
+    /// The steady Kalman filter of a model as an output observer: the gain is
+    /// [`KalmanFilter::predictor_gain`], the residuals the innovations in the units of the outputs,
+    /// white with the covariance [`KalmanFilter::innovation_covariance`] under the noise.
     ///
     /// # Errors
-    /// [`FdiError::OutputCount`] of a model with another number of outputs; as
-    /// [`KalmanFilter::new`] and, but for the poles, [`ResidualGenerator::observer`].
+    /// As [`KalmanFilter::new`] and, but for the poles, [`ResidualGenerator::observer`].
     pub fn kalman(
         model: StateSpace,
         point: OperatingPoint,
         noise: NoiseCovariance,
     ) -> Result<Self, FdiError> {
-        check_single_output(&model)?;
         let gain = innovation_gain(&model, &noise)?;
         let poles = PlacedPoles::Real(Vec::new());
         Self::checked(model, gain, point, poles, Some(noise))
@@ -141,32 +142,42 @@ impl ResidualGenerator {
 
     fn checked(
         model: StateSpace,
-        gain: DVector<f64>,
+        gain: DMatrix<f64>,
         point: OperatingPoint,
         poles: PlacedPoles,
         noise: Option<NoiseCovariance>,
     ) -> Result<Self, FdiError> {
-        DimensionError::check("rows of the gain (states)", model.nx(), gain.len())?;
+        DimensionError::check("rows of the gain (states)", model.nx(), gain.nrows())?;
+        DimensionError::check("columns of the gain (outputs)", model.ny(), gain.ncols())?;
         DimensionError::check("inputs of the operating point", model.nu(), point.u.len())?;
         DimensionError::check("outputs of the operating point", model.ny(), point.y.len())?;
-        let output = &model.outputs()[0].name;
-        let numbers = [("gain", &gain), ("operating point u", &point.u)];
-        for (what, values) in numbers.into_iter().chain([("operating point y", &point.y)]) {
+        let names: Vec<&str> = model
+            .outputs()
+            .iter()
+            .map(|signal| signal.name.as_str())
+            .collect();
+        let output = names.join(", ");
+        let numbers = [
+            ("gain", gain.as_slice()),
+            ("operating point u", point.u.as_slice()),
+            ("operating point y", point.y.as_slice()),
+        ];
+        for (what, values) in numbers {
             if let Some(&found) = values.iter().find(|value| !value.is_finite()) {
                 return Err(FdiError::NotFinite {
-                    output: output.clone(),
+                    output,
                     what,
                     found,
                 });
             }
         }
-        let mut tags: Vec<&String> = model.inputs().iter().map(|signal| &signal.name).collect();
-        tags.push(output);
+        let signals = model.inputs().iter().chain(model.outputs());
+        let tags: Vec<&String> = signals.map(|signal| &signal.name).collect();
         super::channels::check_unique("signals of a generator", &tags)?;
         let closed = model.a() - &gain * model.c();
         let Some(settle_samples) = settling(&closed) else {
             return Err(FdiError::DoesNotSettle {
-                output: output.clone(),
+                output,
                 level: SETTLE_LEVEL,
                 limit: MAX_SETTLE_SAMPLES,
                 spectral_radius: spectral_radius(&closed),
@@ -187,8 +198,8 @@ impl ResidualGenerator {
         &self.model
     }
 
-    /// The gain `K (nx)`.
-    pub fn gain(&self) -> &DVector<f64> {
+    /// The gain `K (nx x ny)`.
+    pub fn gain(&self) -> &DMatrix<f64> {
         &self.gain
     }
 
@@ -218,9 +229,9 @@ impl ResidualGenerator {
         self.model.inputs()
     }
 
-    /// The output signal.
-    pub fn output(&self) -> &Signal {
-        &self.model.outputs()[0]
+    /// The output signals (ny).
+    pub fn outputs(&self) -> &[Signal] {
+        self.model.outputs()
     }
 
     /// Sample time in seconds.
@@ -235,7 +246,7 @@ impl ResidualGenerator {
         self.settle_samples
     }
 
-    /// The residuals (N) of a record that has the generator's inputs and its output, by name, in
+    /// The residuals (ny x N) of a record that has the generator's inputs and outputs, by name, in
     /// any order and among others, from the initial state 0; the first
     /// [`ResidualGenerator::settle_samples`] of them hold the initial transient.
     ///
@@ -243,28 +254,22 @@ impl ResidualGenerator {
     ///
     /// # Errors
     /// [`FdiError::MissingTags`] and [`FdiError::SampleTime`] when the record does not fit.
-    pub fn residual(&self, data: &Dataset) -> Result<DVector<f64>, FdiError> {
-        let inputs: Vec<&str> = self
-            .inputs()
-            .iter()
-            .map(|signal| signal.name.as_str())
-            .collect();
-        let output = [self.output().name.as_str()];
-        let mut channels = Channels::of(data, self.sample_time_s(), &inputs, &output)?;
+    pub fn residuals(&self, data: &Dataset) -> Result<DMatrix<f64>, FdiError> {
+        let names = |signals: &[Signal]| -> Vec<String> {
+            signals.iter().map(|signal| signal.name.clone()).collect()
+        };
+        let (inputs, outputs) = (names(self.inputs()), names(self.outputs()));
+        let mut channels = Channels::of(data, self.sample_time_s(), &inputs, &outputs)?;
         let mut generator = self.runtime((0..inputs.len()).collect());
-        Ok(DVector::from_iterator(
-            data.len(),
-            (0..data.len()).map(|sample| {
-                let (u, y) = channels.at(sample);
-                match generator.step(u, y[0]) {
-                    Update::Residual(residual) => residual,
-                    Update::NoOutput | Update::Restarted => f64::NAN,
-                }
-            }),
-        ))
+        let mut residuals = DMatrix::zeros(outputs.len(), data.len());
+        for (sample, mut column) in residuals.column_iter_mut().enumerate() {
+            let (u, y) = channels.at(sample);
+            generator.step(u, y, 0, column.as_mut_slice());
+        }
+        Ok(residuals)
     }
 
-    /// The generator in flat arrays; `places` says where its inputs stand in the input vector.
+    /// The generator in flat arrays; `places` says where its inputs stand among inputs and outputs.
     pub(super) fn runtime(&self, places: Vec<usize>) -> Generator {
         let (a, b, c, d) = (
             self.model.a(),
@@ -277,20 +282,24 @@ impl ResidualGenerator {
             b: by_rows(b),
             closed_a: by_rows(&(a - &self.gain * c)),
             closed_b: by_rows(&(b - &self.gain * d)),
-            gain: self.gain.as_slice().to_vec(),
+            gain: by_rows(&self.gain),
             c: by_rows(c),
             d: by_rows(d),
             u0: self.point.u.as_slice().to_vec(),
-            y0: self.point.y[0],
+            y0: self.point.y.as_slice().to_vec(),
         };
         Generator::new(matrices, places)
     }
 }
 
-/// The Kalman filter's gain one step ahead, for a model with one output.
-fn innovation_gain(model: &StateSpace, noise: &NoiseCovariance) -> Result<DVector<f64>, FdiError> {
+/// The Kalman filter's gain one step ahead.
+fn innovation_gain(model: &StateSpace, noise: &NoiseCovariance) -> Result<DMatrix<f64>, FdiError> {
     let filter = KalmanFilter::new(model.clone(), noise.clone())?;
-    Ok(filter.predictor_gain().column(0).into_owned())
+    Ok(filter.predictor_gain().clone())
+}
+
+fn column(gain: &DVector<f64>) -> DMatrix<f64> {
+    DMatrix::from_column_slice(gain.len(), 1, gain.as_slice())
 }
 
 fn by_rows(matrix: &DMatrix<f64>) -> Vec<f64> {

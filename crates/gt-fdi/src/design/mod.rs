@@ -25,19 +25,23 @@ mod gains;
 mod generator;
 mod innovation;
 mod kalman;
+mod mean_time;
 mod noise;
 mod observer;
-
 mod optimise;
 mod placement;
+mod residual_test;
 mod riccati;
 mod run_length;
 mod settling;
 mod signature;
+mod statistic_kind;
+mod tail;
 mod threshold;
 mod time_varying;
+mod whitening;
 
-pub use bank::{Alarm, Bank, BankRun, OutputDetector, SCHEMA_VERSION};
+pub use bank::{Alarm, Bank, BankRun, SCHEMA_VERSION};
 pub use calibration::{Calibration, FalseAlarmSummary, calibrate};
 pub use eiv_kalman::EivKalman;
 pub use false_alarm::{FalseAlarmRate, count_alarms};
@@ -45,6 +49,7 @@ pub use filter_error::FilterError;
 pub use generator::{MAX_SETTLE_SAMPLES, ResidualGenerator, SETTLE_LEVEL};
 pub use innovation::Innovation;
 pub use kalman::{FilterRun, KalmanFilter};
+pub use mean_time::{MeanTime, SUPPORTED_FACTOR};
 pub use noise::{DEFINITENESS_TOLERANCE, NoiseCovariance, SYMMETRY_TOLERANCE};
 pub use observer::place_complex;
 pub use observer::{MAX_OBSERVABILITY_CONDITION, place};
@@ -53,11 +58,15 @@ pub use optimise::{
     SearchError, SearchMethod, Sections, Start,
 };
 pub use placement::{PlacementError, SchurPlacement, StabilityBound};
+pub use residual_test::{Evaluation, ResidualTest};
 pub use riccati::{MAX_CLOSED_LOOP_RADIUS, MAX_DOUBLINGS, MAX_RICCATI_RESIDUAL, Riccati};
 pub use run_length::{
     CusumRunLength, ExceedanceRunLength, MAX_CONSECUTIVE, MAX_CUSUM_THRESHOLD, MAX_RUN_LENGTH,
     MIN_ALARMS, SimulatedRunLength, SimulatedRuns, mean_delay_bound,
 };
 pub use signature::{Feature, SignatureMatrix, feature, signature};
+pub use statistic_kind::StatisticKind;
+pub use tail::MIN_PEAKS;
 pub use threshold::{FixedThreshold, ThresholdRule};
 pub use time_varying::TimeVaryingKalman;
+pub use whitening::{MAX_WHITENING_ORDER, Whitening};

@@ -1,12 +1,15 @@
-//! The online detector: a bank of generators and thresholds, fed sample by sample.
+//! The online detector: a bank of generators and tests, fed sample by sample.
 
 use alloc::string::String;
+use alloc::vec;
 use alloc::vec::Vec;
 
 use serde::Serialize;
 use thiserror::Error;
 
-use super::{ExceedanceRun, Generator, Update};
+use super::channel::{Channel, ChannelVerdict};
+use super::detector_state::{DetectorState, ResumeError};
+use super::{Generator, Update};
 
 /// A sample earlier than this share of the sample time after the one before is refused.
 const EARLIEST_ADVANCE: f64 = 0.5;
@@ -53,175 +56,96 @@ pub enum StepError {
     },
 }
 
-/// What the detector says of one output at one sample.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[allow(clippy::struct_excessive_bools)] // four independent answers, read by name
-pub struct ChannelVerdict {
-    /// The residual in the output's unit; NaN when an input or the output is missing.
-    pub residual: f64,
-    /// Whether `|residual|` is above the limit; `false` while settling.
-    pub exceeds: bool,
-    /// Samples above the limit in a row, this one included.
-    pub run_length: usize,
-    /// Whether an alarm is up.
-    pub alarm: bool,
-    /// Whether the alarm came up with this sample.
-    pub new_alarm: bool,
-    /// Time of the first sample of the present run above the limit, in seconds: the onset estimate
-    /// of an alarm. `None` outside a run.
-    pub first_exceedance_s: Option<f64>,
-    /// Whether the generator has not yet forgotten its initial state, so that nothing is judged.
-    pub settling: bool,
-}
-
-impl ChannelVerdict {
-    const NONE: Self = Self {
-        residual: f64::NAN,
-        exceeds: false,
-        run_length: 0,
-        alarm: false,
-        new_alarm: false,
-        first_exceedance_s: None,
-        settling: true,
-    };
-}
-
 /// What the detector says of one sample.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
     /// Time of the sample in seconds.
     pub time_s: f64,
-    /// Whether samples are missing before this one, so that every generator started afresh.
+    /// Whether samples are missing before this one, so that everything started afresh.
     pub gap: bool,
-    /// One verdict an output, in the order of [`Detector::outputs`].
+    /// Residuals in the order of [`Detector::outputs`], in their units; NaN where an input or the
+    /// output is missing.
+    pub residuals: Vec<f64>,
+    /// One verdict a test, in the order of [`Detector::tests`].
     pub channels: Vec<ChannelVerdict>,
 }
 
-/// One output's generator, threshold and memory.
+/// A generator with the place of its first output among all outputs.
 #[derive(Debug, Clone)]
-pub(crate) struct Channel {
+struct Source {
     generator: Generator,
-    limit: f64,
-    consecutive: usize,
-    settle_samples: usize,
-    /// Corrected samples still to come before the residual is judged.
-    settling_left: usize,
-    run: ExceedanceRun,
-}
-
-impl Channel {
-    pub(crate) fn new(
-        generator: Generator,
-        limit: f64,
-        consecutive: usize,
-        settle_samples: usize,
-    ) -> Self {
-        let run = ExceedanceRun::default();
-        let settling_left = settle_samples;
-        Self {
-            generator,
-            limit,
-            consecutive,
-            settle_samples,
-            settling_left,
-            run,
-        }
-    }
-
-    fn restart(&mut self) {
-        self.generator.reset();
-        self.settle_again();
-    }
-
-    fn settle_again(&mut self) {
-        self.settling_left = self.settle_samples;
-        self.run.clear();
-    }
-
-    fn step(&mut self, time_s: f64, u: &[f64], y: f64) -> ChannelVerdict {
-        match self.generator.step(u, y) {
-            Update::Residual(residual) => {
-                let settling = self.settling_left > 0;
-                if settling {
-                    self.settling_left -= 1;
-                    return ChannelVerdict {
-                        residual,
-                        ..ChannelVerdict::NONE
-                    };
-                }
-                let run_length = self.run.update(time_s, residual, self.limit);
-                ChannelVerdict {
-                    residual,
-                    exceeds: run_length > 0,
-                    run_length,
-                    alarm: run_length >= self.consecutive,
-                    new_alarm: run_length == self.consecutive,
-                    first_exceedance_s: self.run.first_exceedance_s(),
-                    settling,
-                }
-            }
-            Update::NoOutput => {
-                self.settle_again();
-                ChannelVerdict {
-                    settling: self.settling_left > 0,
-                    ..ChannelVerdict::NONE
-                }
-            }
-            Update::Restarted => {
-                self.restart();
-                ChannelVerdict {
-                    settling: self.settling_left > 0,
-                    ..ChannelVerdict::NONE
-                }
-            }
-        }
-    }
+    first: usize,
+    last_update: Update,
 }
 
 /// A bank that takes samples as they come; made by `Detector::new(&bank)`.
 ///
 /// Nothing is allocated by [`Detector::step`]. Broken samples are read the safe way:
 ///
-/// - **Start.** Alarms are inhibited for the first `settle_samples` of each generator: its
-///   residual is reported with `settling`, and not judged.
+/// - **Start.** Alarms are inhibited for the first `settle_samples` of each test: its residual is
+///   reported with `settling`, and not judged.
 /// - **Output not finite.** Its generator predicts without a correction (`x+ = A x + B u`): the
-///   residual is NaN, the run above the limit ends and the generator settles again. A residual is
-///   coloured, so even one correction left out leaves an error in the state that the limit was not
-///   set for, often many times the limit.
-/// - **Input not finite.** The generators that read it go back to their initial state and settle
-///   again: a held or invented input would show as a fault of the output.
-/// - **A gap in time** (more than 1.5 sample times): every generator starts afresh and settles.
+///   residual is NaN, the run above the limit ends and what reads the generator settles again,
+///   while sums and windows keep what they have seen. A residual is coloured, so even one
+///   correction left out leaves an error in the state that the limit was not set for, often many
+///   times the limit.
+/// - **Input not finite.** The generators that read it go back to their initial state, and all that
+///   reads them starts afresh: a held or invented input would show as a fault of the output.
+/// - **A gap in time** (more than 1.5 sample times): everything starts afresh and settles.
 /// - **Absurd output.** A finite output more than 1e150 away from its operating point is judged,
 ///   and kept out of the state; any other overflow restarts the generator.
 #[derive(Debug, Clone)]
 pub struct Detector {
     inputs: Vec<String>,
     outputs: Vec<String>,
+    tests: Vec<String>,
     sample_time_s: f64,
+    sources: Vec<Source>,
     channels: Vec<Channel>,
     last_time_s: Option<f64>,
     verdict: Verdict,
 }
 
+/// What a [`Detector`] is made of.
+pub(crate) struct Parts {
+    pub(crate) inputs: Vec<String>,
+    /// Tags of the outputs of all generators, one after the other.
+    pub(crate) outputs: Vec<String>,
+    /// Names of the channels.
+    pub(crate) tests: Vec<String>,
+    pub(crate) sample_time_s: f64,
+    pub(crate) generators: Vec<Generator>,
+    pub(crate) channels: Vec<Channel>,
+}
+
 impl Detector {
-    /// A detector from its parts: as many channels as outputs.
-    pub(crate) fn from_parts(
-        inputs: Vec<String>,
-        outputs: Vec<String>,
-        sample_time_s: f64,
-        channels: Vec<Channel>,
-    ) -> Self {
-        let verdicts = channels.iter().map(|_| ChannelVerdict::NONE).collect();
+    /// A detector from its parts: as many outputs as the generators have, as many names as
+    /// channels.
+    pub(crate) fn from_parts(parts: Parts) -> Self {
+        let mut first = 0;
+        let sources = parts.generators.into_iter().map(|generator| {
+            let start = first;
+            first += generator.ny();
+            Source {
+                generator,
+                first: start,
+                last_update: Update::Restarted,
+            }
+        });
+        let sources = sources.collect();
         let verdict = Verdict {
             time_s: f64::NAN,
             gap: false,
-            channels: verdicts,
+            residuals: vec![f64::NAN; first],
+            channels: vec![ChannelVerdict::NONE; parts.channels.len()],
         };
         Self {
-            inputs,
-            outputs,
-            sample_time_s,
-            channels,
+            inputs: parts.inputs,
+            outputs: parts.outputs,
+            tests: parts.tests,
+            sample_time_s: parts.sample_time_s,
+            sources,
+            channels: parts.channels,
             last_time_s: None,
             verdict,
         }
@@ -235,6 +159,12 @@ impl Detector {
     /// Tags of the outputs, in the order that [`Detector::step`] expects.
     pub fn outputs(&self) -> &[String] {
         &self.outputs
+    }
+
+    /// Names of the tests, in the order of [`Verdict::channels`]: that of the output where a test
+    /// watches one.
+    pub fn tests(&self) -> &[String] {
+        &self.tests
     }
 
     /// Sample time in seconds.
@@ -255,22 +185,30 @@ impl Detector {
                 found: u.len(),
             });
         }
-        if y.len() != self.channels.len() {
+        if y.len() != self.outputs.len() {
             return Err(StepError::OutputCount {
-                expected: self.channels.len(),
+                expected: self.outputs.len(),
                 found: y.len(),
             });
         }
         let gap = self.check_time(t_s)?;
         self.last_time_s = Some(t_s);
+        if gap {
+            self.start_afresh();
+        }
         self.verdict.time_s = t_s;
         self.verdict.gap = gap;
+        for source in &mut self.sources {
+            source.step(u, y, &mut self.verdict.residuals);
+        }
         let verdicts = self.verdict.channels.iter_mut();
-        for ((channel, verdict), &y) in self.channels.iter_mut().zip(verdicts).zip(y) {
-            if gap {
-                channel.restart();
-            }
-            *verdict = channel.step(t_s, u, y);
+        for (channel, verdict) in self.channels.iter_mut().zip(verdicts) {
+            let sources = channel.sources().iter();
+            let updates = sources.filter_map(|&source| self.sources.get(source));
+            let update = updates.fold(Update::Residual, |worst, source| {
+                worst.max(source.last_update)
+            });
+            *verdict = channel.step(t_s, update, &self.verdict.residuals);
         }
         Ok(&self.verdict)
     }
@@ -295,14 +233,73 @@ impl Detector {
         Ok(advance > LATEST_ADVANCE)
     }
 
-    /// Forgets all samples: the next one may have any time, and every generator settles again.
+    /// Forgets all samples: the next one may have any time, and everything settles again.
     pub fn reset(&mut self) {
         self.last_time_s = None;
         self.verdict.time_s = f64::NAN;
         self.verdict.gap = false;
+        self.verdict.residuals.fill(f64::NAN);
         self.verdict.channels.fill(ChannelVerdict::NONE);
+        self.start_afresh();
+    }
+
+    fn start_afresh(&mut self) {
+        for source in &mut self.sources {
+            source.generator.reset();
+        }
         for channel in &mut self.channels {
-            channel.restart();
+            channel.start_afresh();
+        }
+    }
+
+    /// All that the detector remembers, for [`Detector::resume`].
+    pub fn state(&self) -> DetectorState {
+        let generators = self.sources.iter();
+        DetectorState {
+            last_time_s: self.last_time_s,
+            generators: generators
+                .map(|source| source.generator.state().to_vec())
+                .collect(),
+            channels: self.channels.iter().map(Channel::state).collect(),
+        }
+    }
+
+    /// Goes on from the state of a detector of the same bank: from then on the verdicts are those
+    /// that it would have given, bit for bit.
+    ///
+    /// # Errors
+    /// [`ResumeError`] when the state is not one of this bank; the detector is then as it was.
+    pub fn resume(&mut self, state: &DetectorState) -> Result<(), ResumeError> {
+        ResumeError::check("generators", self.sources.len(), state.generators.len())?;
+        ResumeError::check("tests", self.channels.len(), state.channels.len())?;
+        if state.last_time_s.is_some_and(|time_s| !time_s.is_finite()) {
+            return Err(ResumeError::Time);
+        }
+        let mut resumed = self.clone();
+        let states = resumed.sources.iter_mut().zip(&state.generators);
+        for (index, (source, state)) in states.enumerate() {
+            if !source.generator.set_state(state) {
+                return Err(ResumeError::Generator { index });
+            }
+        }
+        let states = resumed.channels.iter_mut().zip(&state.channels);
+        for (index, (channel, state)) in states.enumerate() {
+            if !channel.set_state(state) {
+                return Err(ResumeError::Test { index });
+            }
+        }
+        resumed.last_time_s = state.last_time_s;
+        *self = resumed;
+        Ok(())
+    }
+}
+
+impl Source {
+    fn step(&mut self, u: &[f64], y: &[f64], residuals: &mut [f64]) {
+        let own = self.first..self.first + self.generator.ny();
+        // There is a place for every output's residual.
+        if let Some(residuals) = residuals.get_mut(own) {
+            self.last_update = self.generator.step(u, y, self.first, residuals);
         }
     }
 }

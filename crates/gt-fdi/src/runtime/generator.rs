@@ -1,5 +1,6 @@
 //! One residual generator in flat arrays.
 
+use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -10,7 +11,7 @@ const LARGEST_CORRECTION: f64 = 1e150;
 /// Rows of a state equation that are summed side by side, so that no sum waits for another.
 const LANES: usize = 8;
 
-/// The numbers of a generator, matrices row by row; `nx` states, `nu` inputs, one output.
+/// The numbers of a generator, matrices row by row; `nx` states, `nu` inputs, `ny` outputs.
 pub(crate) struct Matrices {
     /// `A (nx x nx)` of the model.
     pub(crate) a: Vec<f64>,
@@ -20,26 +21,28 @@ pub(crate) struct Matrices {
     pub(crate) closed_a: Vec<f64>,
     /// `B - K D (nx x nu)`.
     pub(crate) closed_b: Vec<f64>,
-    /// `K (nx)`.
+    /// `K (nx x ny)`.
     pub(crate) gain: Vec<f64>,
-    /// `C (1 x nx)`.
+    /// `C (ny x nx)`.
     pub(crate) c: Vec<f64>,
-    /// `D (1 x nu)`.
+    /// `D (ny x nu)`.
     pub(crate) d: Vec<f64>,
     /// Operating point of the inputs (nu).
     pub(crate) u0: Vec<f64>,
-    /// Operating point of the output.
-    pub(crate) y0: f64,
+    /// Operating point of the outputs (ny).
+    pub(crate) y0: Vec<f64>,
 }
 
-/// What a generator made of a sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What a generator made of a sample, from the best to the worst.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Update {
-    /// The residual, a finite number.
-    Residual(f64),
-    /// There was no output to compare with: the state was predicted.
+    /// All residuals are finite numbers.
+    Residual,
+    /// An output was missing: the state was predicted, the residuals of the other outputs are there
+    /// and that of the missing one is NaN.
     NoOutput,
-    /// An input was missing or the arithmetic overflowed: the state is the initial one again.
+    /// An input was missing or the arithmetic overflowed: the state is the initial one again, and
+    /// all residuals are NaN.
     Restarted,
 }
 
@@ -51,22 +54,30 @@ pub(crate) struct Generator {
     open: Blocks,
     /// `[B - K D, K, A - K C]`.
     closed: Blocks,
-    c: Vec<f64>,
-    d: Vec<f64>,
+    /// One row an output.
+    outputs: Box<[OutputRow]>,
     u0: Vec<f64>,
-    y0: f64,
-    /// Where each input stands in the vector given to `step`.
+    /// Where each input stands among the inputs given to `step` and, after them, the outputs: what
+    /// one generator explains, another may use.
     places: Vec<usize>,
     /// The state in blocks of [`LANES`], the last one filled up with zeros.
     x: Vec<[f64; LANES]>,
     next: Vec<[f64; LANES]>,
-    /// The deviations of the inputs and of the output (nu + 1).
+    /// The deviations of the inputs and of the outputs (nu + ny).
     deviations: Vec<f64>,
+}
+
+/// How an output follows from inputs and state.
+#[derive(Debug, Clone, PartialEq)]
+struct OutputRow {
+    c: Vec<f64>,
+    d: Vec<f64>,
+    y0: f64,
 }
 
 impl Generator {
     /// A generator at rest at its operating point; `places` says where each of its inputs stands
-    /// in the input vector that [`Generator::step`] gets.
+    /// among the inputs and, after them, the outputs that [`Generator::step`] gets.
     pub(crate) fn new(matrices: Matrices, places: Vec<usize>) -> Self {
         let Matrices {
             a,
@@ -79,22 +90,48 @@ impl Generator {
             u0,
             y0,
         } = matrices;
-        let (nx, nu) = (gain.len(), u0.len());
-        let open = Blocks::new([&b, &vec![0.0; nx], &a], [nu, 1, nx], nx);
-        let closed = Blocks::new([&closed_b, &gain, &closed_a], [nu, 1, nx], nx);
+        let (nu, ny) = (u0.len(), y0.len());
+        let nx = closed_a.len().isqrt();
+        let open = Blocks::new([&b, &vec![0.0; nx * ny], &a], [nu, ny, nx], nx);
+        let closed = Blocks::new([&closed_b, &gain, &closed_a], [nu, ny, nx], nx);
         let blocks = nx.div_ceil(LANES);
+        let row = |(output, &y0): (usize, &f64)| OutputRow {
+            c: c[output * nx..(output + 1) * nx].to_vec(),
+            d: d[output * nu..(output + 1) * nu].to_vec(),
+            y0,
+        };
+        let outputs = y0.iter().enumerate().map(row).collect();
         Self {
             open,
             closed,
-            c,
-            d,
+            outputs,
             u0,
-            y0,
             places,
             x: vec![[0.0; LANES]; blocks],
             next: vec![[0.0; LANES]; blocks],
-            deviations: vec![0.0; nu + 1],
+            deviations: vec![0.0; nu + ny],
         }
+    }
+
+    /// Number of outputs.
+    pub(crate) fn ny(&self) -> usize {
+        self.outputs.len()
+    }
+
+    /// The state (nx, filled up with zeros to whole blocks).
+    pub(crate) fn state(&self) -> &[f64] {
+        self.x.as_flattened()
+    }
+
+    /// Takes a state that [`Generator::state`] gave; `false`, and nothing taken, for one of another
+    /// length or with a number that is not finite.
+    pub(crate) fn set_state(&mut self, state: &[f64]) -> bool {
+        let own = self.x.as_flattened_mut();
+        let fits = own.len() == state.len() && all_finite(state);
+        if fits {
+            own.copy_from_slice(state);
+        }
+        fits
     }
 
     /// Back to rest at the operating point.
@@ -102,59 +139,79 @@ impl Generator {
         self.x.fill([0.0; LANES]);
     }
 
-    /// Takes one sample: all inputs `u`, of which this generator reads its own, and its output.
-    pub(crate) fn step(&mut self, u: &[f64], y: f64) -> Update {
-        // There is always a place for the output.
-        let Some((dy, du)) = self.deviations.split_last_mut() else {
-            return Update::Restarted;
+    /// Takes one sample: all inputs `u` and all outputs `y`, of which this generator's own begin at
+    /// `first`; writes its residuals (ny).
+    pub(crate) fn step(
+        &mut self,
+        u: &[f64],
+        y: &[f64],
+        first: usize,
+        residuals: &mut [f64],
+    ) -> Update {
+        let nu = self.u0.len();
+        let Some((du, dy)) = self.deviations.split_at_mut_checked(nu) else {
+            return self.restarted(residuals);
         };
         for ((du, &place), u0) in du.iter_mut().zip(&self.places).zip(&self.u0) {
-            // A place outside `u` cannot happen (the detector checks the size); NaN is the answer
+            // A place outside both cannot happen (the detector checks the sizes); NaN is the answer
             // that would be safe if it did.
-            *du = u.get(place).copied().unwrap_or(f64::NAN) - u0;
+            let value = match place.checked_sub(u.len()) {
+                None => u.get(place),
+                Some(output) => y.get(output),
+            };
+            *du = value.copied().unwrap_or(f64::NAN) - u0;
         }
         if !all_finite(du) {
-            self.reset();
-            return Update::Restarted;
+            return self.restarted(residuals);
         }
-        if !y.is_finite() {
-            return if self.predict() {
-                Update::NoOutput
-            } else {
-                Update::Restarted
-            };
+        let Some(y) = y.get(first..first + self.outputs.len()) else {
+            return self.restarted(residuals);
+        };
+        let (mut missing, mut small) = (false, true);
+        let outputs = self.outputs.iter().zip(y).zip(dy.iter_mut());
+        for (((row, &y), dy), residual) in outputs.zip(residuals.iter_mut()) {
+            *dy = y - row.y0;
+            *residual = *dy - dot(&row.c, self.x.as_flattened()) - dot(&row.d, du);
+            if !y.is_finite() {
+                *residual = f64::NAN;
+                missing = true;
+            } else if !residual.is_finite() {
+                return self.restarted(residuals);
+            }
+            small &= dy.abs() <= LARGEST_CORRECTION;
         }
-        *dy = y - self.y0;
-        let residual = *dy - dot(&self.c, self.x.as_flattened()) - dot(&self.d, du);
-        if !residual.is_finite() {
-            self.reset();
-            return Update::Restarted;
-        }
-        if dy.abs() <= LARGEST_CORRECTION {
+        if small && !missing {
             self.closed.times(&self.deviations, &self.x, &mut self.next);
             if all_finite(self.next.as_flattened()) {
                 core::mem::swap(&mut self.x, &mut self.next);
-                return Update::Residual(residual);
+                return Update::Residual;
             }
         }
-        if self.predict() {
-            Update::Residual(residual)
+        if !self.predict() {
+            return self.restarted(residuals);
+        }
+        if missing {
+            Update::NoOutput
         } else {
-            Update::Restarted
+            Update::Residual
         }
     }
 
-    /// `x+ = A x + B (u - u0)`, without a correction; resets and says `false` on overflow.
+    fn restarted(&mut self, residuals: &mut [f64]) -> Update {
+        self.reset();
+        residuals.fill(f64::NAN);
+        Update::Restarted
+    }
+
+    /// `x+ = A x + B (u - u0)`, without a correction; says `false` on overflow.
     fn predict(&mut self) -> bool {
-        if let Some(dy) = self.deviations.last_mut() {
-            *dy = 0.0;
+        if let Some(dy) = self.deviations.get_mut(self.u0.len()..) {
+            dy.fill(0.0);
         }
         self.open.times(&self.deviations, &self.x, &mut self.next);
         let finite = all_finite(self.next.as_flattened());
         if finite {
             core::mem::swap(&mut self.x, &mut self.next);
-        } else {
-            self.reset();
         }
         finite
     }

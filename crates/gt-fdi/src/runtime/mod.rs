@@ -3,16 +3,25 @@
 //! The modules below use `core` and `alloc` only: no clock, no input or output, no randomness, and
 //! nothing is allocated after construction. Time is an argument.
 
+mod channel;
 mod detector;
+mod detector_state;
+mod evaluator;
+mod exceedance_run;
 mod generator;
-mod statistic;
 mod statistics;
+mod whitener;
 
-pub(crate) use detector::Channel;
-pub use detector::{ChannelVerdict, Detector, StepError, Verdict};
+pub use channel::ChannelVerdict;
+pub(crate) use channel::{Channel, ChannelParts};
+pub(crate) use detector::Parts;
+pub use detector::{Detector, StepError, Verdict};
+pub use detector_state::{DetectorState, ResumeError};
+pub use evaluator::{Estimate, Evaluator, Modulus};
+pub use exceedance_run::{ExceedanceRun, Persistence};
 pub(crate) use generator::{Generator, Matrices, Update};
-pub use statistic::ExceedanceRun;
 pub use statistics::{
     Change, Cusum, Decision, Glr, LARGEST_SAMPLE, MAX_WINDOW, MovingAverage, Sides, Sprt,
     SprtDecision, Statistic, StatisticError, Waveform, WindowedChiSquare,
 };
+pub(crate) use whitener::{Whitener, Whitening};

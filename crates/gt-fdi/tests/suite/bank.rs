@@ -3,12 +3,12 @@
 use gt_core::{Dataset, OperatingPoint, Signal, StateSpace};
 use gt_fdi::FdiError;
 use gt_fdi::design::{
-    Alarm, Bank, OutputDetector, ResidualGenerator, SCHEMA_VERSION, ThresholdRule, calibrate,
+    Alarm, Bank, ResidualGenerator, ResidualTest, SCHEMA_VERSION, ThresholdRule, calibrate,
 };
 use gt_fdi::runtime::Detector;
 use nalgebra::DMatrix;
 
-use crate::fixtures::{TS, bank, noise, plain_generator, plain_model, record};
+use crate::fixtures::{TS, bank, bank_of, limit_on, noise, plain_generator, plain_model, record};
 
 fn bits(matrix: &DMatrix<f64>) -> Vec<u64> {
     matrix.iter().map(|value| value.to_bits()).collect()
@@ -32,13 +32,14 @@ fn output_itself(output: &str, inputs: &[&str], sample_time_s: f64) -> ResidualG
 }
 
 /// A threshold at 1 after `consecutive` samples.
-fn at_one(generator: ResidualGenerator, consecutive: usize) -> OutputDetector {
+fn at_one(generator: ResidualGenerator, consecutive: usize) -> (ResidualGenerator, ResidualTest) {
     let rule = ThresholdRule::Margin {
         factor: 1.0,
         consecutive,
     };
     let calibration = calibrate(&[&[1.0; 20]], generator.sample_time_s(), rule).unwrap();
-    OutputDetector::new(generator, &calibration)
+    let test = ResidualTest::modulus(&generator, &calibration);
+    (generator, test)
 }
 
 #[test]
@@ -47,10 +48,12 @@ fn channels_are_the_union_of_the_generators() {
         at_one(output_itself("a", &["v", "w"], TS), 1),
         at_one(output_itself("b", &["x", "v", "a"], TS), 1),
     ];
-    let bank = Bank::new("union", detectors).unwrap();
-    assert_eq!(bank.inputs(), ["v", "w", "x", "a"]);
+    let bank = bank_of("union", detectors).unwrap();
+    // `a` is read among the outputs.
+    assert_eq!(bank.inputs(), ["v", "w", "x"]);
     assert_eq!(bank.outputs(), ["a", "b"]);
-    assert_eq!(bank.detectors()[1].name(), "b");
+    assert_eq!(bank.tests()[1].name, "b");
+    assert_eq!(bank.test_names(), ["a", "b"]);
 }
 
 /// The batch run is the online detector: the same bits, and those of each generator alone.
@@ -82,12 +85,9 @@ fn batch_and_online_agree_bit_for_bit() {
         .collect();
     assert_eq!(alarms, raised);
     assert!(!alarms.is_empty(), "the record should raise alarms");
-    for (row, detector) in bank.detectors().iter().enumerate() {
-        let alone = detector.generator.residual(&data).unwrap();
-        assert_eq!(
-            bits(&run.residuals.rows(row, 1).into_owned()),
-            bits(&DMatrix::from_row_slice(1, data.len(), alone.as_slice()))
-        );
+    for (row, generator) in bank.generators().iter().enumerate() {
+        let alone = generator.residuals(&data).unwrap();
+        assert_eq!(bits(&run.residuals.rows(row, 1).into_owned()), bits(&alone));
     }
 }
 
@@ -101,7 +101,7 @@ fn a_bias_is_found_on_its_own_output() {
     assert_eq!(first.first_exceedance_s, data.time_s(300));
     assert_eq!(first.time_s, data.time_s(301));
     assert!(first.residual.abs() > first.threshold);
-    assert_eq!(first.threshold, bank.detectors()[1].threshold.limit);
+    assert_eq!(first.threshold, bank.tests()[1].threshold.limit);
 }
 
 /// By hand, limit 1, two samples in a row: above at samples 1, 2 (alarm), 4 (too short), 6, 7
@@ -121,14 +121,17 @@ fn alarm_records_by_hand() {
     )
     .unwrap()
     .starting_at(100.0);
-    let bank = Bank::new("hand", vec![at_one(output_itself("a", &[], 1.0), 2)]).unwrap();
+    let bank = bank_of("hand", vec![at_one(output_itself("a", &[], 1.0), 2)]).unwrap();
     let run = bank.run(&data).unwrap();
-    let alarm = |time_s, first_exceedance_s, residual, end_s| Alarm {
+    let alarm = |time_s, first_exceedance_s, residual: f64, end_s| Alarm {
         time_s,
         first_exceedance_s,
+        onset_s: None,
         tag: "a".to_owned(),
         residual,
+        statistic: residual.abs(),
         threshold: 1.0,
+        deviation: None,
         end_s,
     };
     let expected = [
@@ -167,14 +170,14 @@ fn files_are_checked() {
             .unwrap_err()
             .to_string()
     };
-    let version = error(&|v| v["schema_version"] = 2.into());
-    assert_eq!(version, "bank: expected schema_version 1, found 2");
-    let limit = error(&|v| v["detectors"][0]["threshold"]["limit"] = (-1.0).into());
+    let version = error(&|v| v["schema_version"] = 3.into());
+    assert_eq!(version, "bank: expected schema_version 2, found 3");
+    let limit = error(&|v| v["tests"][0]["threshold"]["limit"] = (-1.0).into());
     assert_eq!(
         limit,
         "threshold limit: expected a finite number not below 0, found -1"
     );
-    let consecutive = error(&|v| v["detectors"][0]["threshold"]["consecutive"] = 0.into());
+    let consecutive = error(&|v| v["tests"][0]["threshold"]["consecutive"] = 0.into());
     assert_eq!(
         consecutive,
         "option `consecutive`: expected at least 1 sample, found 0"
@@ -184,16 +187,25 @@ fn files_are_checked() {
         time,
         "sample time of the bank: expected 0.08 s, found 0.1 s"
     );
-    let twice = error(&|v| v["detectors"][1] = v["detectors"][0].clone());
+    let twice = error(&|v| v["generators"][1] = v["generators"][0].clone());
     assert_eq!(
         twice,
         "outputs of the bank: expected unique tags, found `p` twice"
     );
-    let none = error(&|v| v["detectors"] = serde_json::json!([]));
+    let twice = error(&|v| v["tests"][1] = v["tests"][0].clone());
+    assert_eq!(
+        twice,
+        "tests of the bank: expected unique tags, found `p` twice"
+    );
+    let none = error(&|v| v["tests"] = serde_json::json!([]));
     assert_eq!(
         none,
-        "bank `test`: expected at least one detector, found none"
+        "bank `test`: expected at least one generator and one test, found none"
     );
+    let absent = error(&|v| v["tests"][1]["outputs"] = serde_json::json!(["z"]));
+    assert!(absent.contains("`z`") || absent.contains("z"), "{absent}");
+    let two = error(&|v| v["tests"][1]["outputs"] = serde_json::json!(["p", "q"]));
+    assert_eq!(two, "outputs of the test `q`: expected 1, found 2");
     let unknown = error(&|v| v["colour"] = 1.into());
     assert!(unknown.starts_with("unknown field `colour`"), "{unknown}");
 }
@@ -210,7 +222,7 @@ fn detectors_at_different_sample_times_are_refused() {
         expected_s: TS,
         found_s: 0.1,
     };
-    assert_eq!(Bank::new("mixed", detectors), Err(expected));
+    assert_eq!(bank_of("mixed", detectors), Err(expected));
 }
 
 #[test]
@@ -239,27 +251,27 @@ fn calibration_on_records_cuts_the_settling() {
         factor: 1.0,
         consecutive: 1,
     };
-    let detector = OutputDetector::calibrate(generator.clone(), &healthy, rule).unwrap();
+    let test = limit_on(&generator, &healthy, rule).unwrap();
     let residuals = healthy
         .each_ref()
-        .map(|data| generator.residual(data).unwrap());
+        .map(|data| generator.residuals(data).unwrap());
     let largest = residuals
         .iter()
-        .map(|r| r.rows(settle, 600 - settle).amax())
+        .map(|r| r.columns(settle, 600 - settle).amax())
         .fold(0.0, f64::max);
-    assert_eq!(detector.threshold.limit, largest);
+    assert_eq!(test.threshold.limit, largest);
     let hours = 2.0 * (600 - settle) as f64 * TS / 3600.0;
-    assert!((detector.false_alarms.in_sample.hours - hours).abs() < 1e-15);
+    assert!((test.false_alarms.in_sample.hours - hours).abs() < 1e-15);
 
     let short = record(1).rows(0..settle).unwrap();
-    let error = OutputDetector::calibrate(generator.clone(), &[short], rule);
+    let error = limit_on(&generator, &[short], rule);
     let expected = FdiError::HealthySamples {
         record: 0,
         needed: settle + 1,
         found: settle,
     };
     assert_eq!(error, Err(expected));
-    let error = OutputDetector::calibrate(generator, &[], rule);
+    let error = limit_on(&generator, &[], rule);
     assert_eq!(error, Err(FdiError::NoHealthyData));
 }
 
@@ -277,9 +289,9 @@ fn counted_false_alarms_are_those_of_the_run() {
         share: 0.05,
         consecutive: 2,
     };
-    let detector = OutputDetector::calibrate(generator, std::slice::from_ref(&data), rule).unwrap();
-    let counted = detector.false_alarms.in_sample.alarms;
-    let run = Bank::new("one", vec![detector])
+    let test = limit_on(&generator, std::slice::from_ref(&data), rule).unwrap();
+    let counted = test.false_alarms.in_sample.alarms;
+    let run = bank_of("one", vec![(generator, test)])
         .unwrap()
         .run(&data)
         .unwrap();

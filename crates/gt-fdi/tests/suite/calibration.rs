@@ -2,6 +2,7 @@
 
 use gt_fdi::FdiError;
 use gt_fdi::design::{Calibration, ThresholdRule, calibrate, count_alarms};
+use gt_fdi::runtime::Persistence;
 use proptest::prelude::*;
 
 use crate::fixtures::{TS, noise};
@@ -268,7 +269,7 @@ proptest! {
             records.into_iter().map(|r| r.into_iter().map(f64::from).collect()).collect();
         let slices: Vec<&[f64]> = records.iter().map(Vec::as_slice).collect();
         let holds = |limit: f64| {
-            let alarms: usize = slices.iter().map(|r| count_alarms(r, limit, consecutive)).sum();
+            let alarms: usize = slices.iter().map(|r| count_alarms(r, limit, Persistence::consecutive(consecutive))).sum();
             let mut clear = 0_usize;
             for record in &slices {
                 let mut run = 0_usize;

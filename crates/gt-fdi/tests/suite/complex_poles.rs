@@ -3,12 +3,12 @@
 use gt_core::OperatingPoint;
 use gt_fdi::FdiError;
 use gt_fdi::design::{
-    Bank, OutputDetector, PlacementError, ResidualGenerator, ThresholdRule, place, place_complex,
+    Bank, PlacementError, ResidualGenerator, ThresholdRule, place, place_complex,
 };
 use nalgebra::{Complex, DVector};
 use proptest::prelude::*;
 
-use crate::fixtures::{plain_generator, plain_model, record};
+use crate::fixtures::{limit_on, plain_generator, plain_model, record};
 
 fn pair(re: f64, im: f64) -> [Complex<f64>; 2] {
     [Complex::new(re, im), Complex::new(re, -im)]
@@ -110,11 +110,11 @@ fn banks_take_observers_with_complex_poles() {
         consecutive: 2,
     };
     let data = record(1);
-    let detector = OutputDetector::calibrate(generator.clone(), &[record(2)], rule).unwrap();
-    let bank = Bank::new("test", vec![detector]).unwrap();
+    let test = limit_on(&generator, &[record(2)], rule).unwrap();
+    let bank = Bank::new("test", vec![generator.clone()], vec![test]).unwrap();
     let json = serde_json::to_string(&bank).unwrap();
     assert_eq!(serde_json::from_str::<Bank>(&json).unwrap(), bank);
-    let residual = generator.residual(&data).unwrap();
+    let residual = generator.residuals(&data).unwrap().row(0).transpose();
     let run = bank.run(&data).unwrap();
     let online: Vec<f64> = run.residuals.row(0).iter().copied().collect();
     assert_eq!(online, residual.as_slice());

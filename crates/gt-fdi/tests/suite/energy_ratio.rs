@@ -29,7 +29,7 @@ fn by_residuals(
     let generator =
         ResidualGenerator::observer_complex(toy.model.clone(), Toy::point(), poles).unwrap();
     let sum = |data: &Dataset| {
-        let residual = generator.residual(data).unwrap();
+        let residual = generator.residuals(data).unwrap().row(0).transpose();
         residual.rows_range(skip..).norm_squared()
     };
     let (mut healthy, mut effect) = (0.0, 0.0);

@@ -89,7 +89,7 @@ proptest! {
         let point = OperatingPoint::zero(nu, 1);
         let generator = ResidualGenerator::observer_complex(model, point, &placed).unwrap();
         let data = Dataset::new(from, to, u, y, TS).unwrap();
-        let residual = generator.residual(&data).unwrap();
+        let residual = generator.residuals(&data).unwrap().row(0).transpose();
         let expected = nalgebra::DVector::from_vec(expected);
         let error = (&residual - &expected).norm() / expected.norm();
         // Up to 7.6e-14 among 20 000 cases.

@@ -2,6 +2,7 @@
 
 use gt_fdi::FdiError;
 use gt_fdi::design::{FalseAlarmRate, count_alarms};
+use gt_fdi::runtime::Persistence;
 
 /// Exact 95 % limits of a Poisson mean, Garwood (1936), as tabulated to four decimals.
 #[test]
@@ -105,7 +106,7 @@ fn alarms_are_events_not_samples() {
         5.0,
     ];
     let counts: Vec<usize> = (1..=4)
-        .map(|consecutive| count_alarms(&r, 1.0, consecutive))
+        .map(|consecutive| count_alarms(&r, 1.0, Persistence::consecutive(consecutive)))
         .collect();
     assert_eq!(counts, [5, 2, 1, 0]);
 }

@@ -1,7 +1,10 @@
 //! Models, records and banks that several tests share.
 
 use gt_core::{Dataset, OperatingPoint, Signal, StateSpace};
-use gt_fdi::design::{Bank, OutputDetector, ResidualGenerator, ThresholdRule, calibrate};
+use gt_fdi::FdiError;
+use gt_fdi::design::{
+    Bank, ResidualGenerator, ResidualTest, StatisticKind, ThresholdRule, calibrate,
+};
 use nalgebra::{DMatrix, DVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -93,9 +96,30 @@ pub fn bank() -> Bank {
             consecutive: 2,
         };
         let calibration = calibrate(&[&residual], TS, rule).expect("a calibration");
-        OutputDetector::new(plain_generator(output), &calibration)
+        let generator = plain_generator(output);
+        let test = ResidualTest::modulus(&generator, &calibration);
+        (generator, test)
     };
-    Bank::new("test", vec![calibrated("p", 0.5), calibrated("q", 2.0)]).expect("a bank")
+    bank_of("test", vec![calibrated("p", 0.5), calibrated("q", 2.0)]).expect("a bank")
+}
+
+/// A bank of generators with their tests.
+pub fn bank_of(
+    name: &str,
+    parts: Vec<(ResidualGenerator, ResidualTest)>,
+) -> Result<Bank, FdiError> {
+    let (generators, tests) = parts.into_iter().unzip();
+    Bank::new(name, generators, tests)
+}
+
+/// The test of the modulus of one generator's residual.
+pub fn limit_on(
+    generator: &ResidualGenerator,
+    healthy: &[Dataset],
+    rule: ThresholdRule,
+) -> Result<ResidualTest, FdiError> {
+    let name = &generator.outputs()[0].name;
+    ResidualTest::calibrate(name, &[generator], healthy, StatisticKind::Modulus, rule)
 }
 
 /// A record of the bank's channels and one that it does not know, inputs and outputs in an order

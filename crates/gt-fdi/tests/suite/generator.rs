@@ -75,8 +75,8 @@ proptest! {
 
         let generator =
             ResidualGenerator::observer(model, OperatingPoint::zero(2, 1), &poles).unwrap();
-        let residual = generator.residual(&data(u, y)).unwrap();
-        let expected = DVector::from_vec(filtered);
+        let residual = generator.residuals(&data(u, y)).unwrap().transpose();
+        let expected = DMatrix::from_vec(len, 1, filtered);
         // Five poles at 0.9 amplify rounding by up to 1 / (1 - 0.9)^5, random coordinates by their
         // condition: up to 3e-9 among 20 000 cases.
         let error = (&residual - &expected).norm() / expected.norm();
@@ -96,7 +96,7 @@ proptest! {
         let y = DMatrix::from_element(1, len, bias);
         let generator =
             ResidualGenerator::observer(model, OperatingPoint::zero(2, 1), &poles).unwrap();
-        let residual = generator.residual(&data(DMatrix::zeros(2, len), y)).unwrap();
+        let residual = generator.residuals(&data(DMatrix::zeros(2, len), y)).unwrap();
         let product = |roots: &[f64]| roots.iter().map(|root| 1.0 - root).product::<f64>();
         let expected = bias * product(&open) / product(&poles);
         // 0.8^600 is below rounding. The gain may be 1e-8: the tolerance is that of its terms.
@@ -112,7 +112,7 @@ fn simulated_output_leaves_no_residual() {
     let du = DMatrix::from_vec(2, 400, noise(3, 800));
     let dy = generator.model().simulate(&DVector::zeros(2), &du).unwrap();
     let u = DMatrix::from_fn(2, 400, |row, k| du[(row, k)] + generator.point().u[row]);
-    let residual = generator.residual(&data(u, dy.add_scalar(100.0))).unwrap();
+    let residual = generator.residuals(&data(u, dy.add_scalar(100.0))).unwrap();
     // Values of 100 are rounded to 1.4e-14 each; gains are of order 1.
     assert!(residual.amax() < 1e-12, "{}", residual.amax());
 }
@@ -209,8 +209,8 @@ fn channels_are_found_by_name() {
     let generator = plain_generator("q");
     let ordered = data.select(&["u0", "u1"], &["q"]).unwrap();
     assert_eq!(
-        generator.residual(&data).unwrap(),
-        generator.residual(&ordered).unwrap()
+        generator.residuals(&data).unwrap(),
+        generator.residuals(&ordered).unwrap()
     );
 }
 
@@ -228,7 +228,7 @@ fn records_that_do_not_fit_are_refused() {
     let missing = vec!["u0".to_owned(), "y".to_owned()];
     let available = vec!["u1".to_owned(), "z".to_owned()];
     assert_eq!(
-        generator.residual(&other),
+        generator.residuals(&other),
         Err(FdiError::MissingTags { missing, available })
     );
 
@@ -246,7 +246,7 @@ fn records_that_do_not_fit_are_refused() {
         expected_s: TS,
         found_s: 0.1,
     };
-    assert_eq!(generator.residual(&slow), Err(expected));
+    assert_eq!(generator.residuals(&slow), Err(expected));
 }
 
 #[test]
@@ -303,13 +303,15 @@ fn files_are_checked() {
             .to_string()
     };
     // A gain of 0 leaves the model's own poles, 0.9 and 0.6, which are stable; 10 does not.
-    let unstable =
-        error(&|v| v["gain"] = serde_json::to_value(DVector::from_vec(vec![10.0, 0.0])).unwrap());
+    let unstable = error(&|v| {
+        v["gain"] = serde_json::to_value(DMatrix::from_vec(2, 1, vec![10.0, 0.0])).unwrap()
+    });
     assert!(
         unstable.contains("generator of `y`: expected a stable A - K C"),
         "{unstable}"
     );
-    let short = error(&|v| v["gain"] = serde_json::to_value(DVector::from_vec(vec![1.0])).unwrap());
+    let short =
+        error(&|v| v["gain"] = serde_json::to_value(DMatrix::from_vec(1, 1, vec![1.0])).unwrap());
     assert_eq!(short, "rows of the gain (states): expected 2, found 1");
     let poles = error(&|v| v["poles"] = serde_json::json!([0.4, 1.0]));
     assert_eq!(poles, "pole 1: expected a modulus below 1, found 1");

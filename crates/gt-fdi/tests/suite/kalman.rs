@@ -2,7 +2,7 @@
 
 use gt_core::{Dataset, DimensionError, OperatingPoint, Signal, StateSpace};
 use gt_fdi::design::{
-    Bank, EivKalman, FilterError, KalmanFilter, NoiseCovariance, OutputDetector, ResidualGenerator,
+    Bank, EivKalman, FilterError, KalmanFilter, NoiseCovariance, ResidualGenerator, ResidualTest,
     ThresholdRule, TimeVaryingKalman, calibrate,
 };
 use gt_fdi::{Detector, FdiError};
@@ -307,9 +307,9 @@ fn generator_gives_the_innovations() {
         centred(record.y(), &[100.0]),
     );
     let run = filter.run(&DVector::zeros(2), &u, &y).unwrap();
-    let residual = generator.residual(&record).unwrap();
+    let residual = generator.residuals(&record).unwrap();
     // Rounding of signals of size 1 taken from 100.
-    assert!((residual - run.innovations.row(0).transpose()).amax() < 1e-12);
+    assert!((residual - run.innovations).amax() < 1e-12);
 }
 
 #[test]
@@ -341,14 +341,14 @@ fn generator_is_written_and_read_with_its_noise() {
 #[test]
 fn generator_runs_in_a_bank_as_it_does_alone() {
     let (generator, record) = (generator(), record(400));
-    let residual = generator.residual(&record).unwrap();
+    let residual = generator.residuals(&record).unwrap();
     let rule = ThresholdRule::Margin {
         factor: 2.0,
         consecutive: 2,
     };
     let calibration = calibrate(&[residual.as_slice()], TS, rule).unwrap();
-    let detector = OutputDetector::new(generator, &calibration);
-    let bank = Bank::new("kalman", vec![detector]).unwrap();
+    let test = ResidualTest::modulus(&generator, &calibration);
+    let bank = Bank::new("kalman", vec![generator], vec![test]).unwrap();
     let mut online = Detector::new(&bank);
     for t in 0..record.len() {
         let (u, y) = (record.u().column(t), record.y().column(t));
@@ -360,7 +360,7 @@ fn generator_runs_in_a_bank_as_it_does_alone() {
 }
 
 #[test]
-fn generator_needs_one_output_and_noise_of_its_size() {
+fn generator_has_the_outputs_of_its_model_and_noise_of_its_size() {
     let two = StateSpace::new(
         [
             rows([[0.5]]),
@@ -375,8 +375,10 @@ fn generator_needs_one_output_and_noise_of_its_size() {
     .unwrap();
     let noise = || NoiseCovariance::errors_in_variables(&two, &[], &[1.0, 1.0]).unwrap();
     let point = OperatingPoint::zero(0, 2);
-    let error = ResidualGenerator::kalman(two.clone(), point, noise());
-    assert_eq!(error, Err(FdiError::OutputCount { found: 2 }));
+    let both = ResidualGenerator::kalman(two.clone(), point, noise()).unwrap();
+    let filter = KalmanFilter::new(two.clone(), noise()).unwrap();
+    assert_eq!(both.gain(), filter.predictor_gain());
+    assert_eq!(both.outputs(), two.outputs());
     let point = OperatingPoint::zero(1, 1);
     let error = ResidualGenerator::kalman(scalar_model(), point, noise()).unwrap_err();
     assert_eq!(

@@ -166,7 +166,7 @@ fn an_interior_minimum_is_that_of_a_scan() {
 #[test]
 fn v_falls_with_the_radius() {
     for (index, toy) in toys().iter().enumerate() {
-        for len in [100, 500] {
+        for len in [100, 300] {
             let records = toy.records(7, len);
             let at = |radius: f64| {
                 let search = PoleSearch {
@@ -175,7 +175,7 @@ fn v_falls_with_the_radius() {
                 };
                 design(&search, toy, &records).v
             };
-            let found = [0.3, 0.7, 0.9, 0.95, 0.97, 0.99, 0.995].map(at);
+            let found = [0.5, 0.9, 0.95, 0.97, 0.99].map(at);
             let falls = |pair: &[f64]| pair[1] <= pair[0] * (1.0 + 1e-9);
             assert!(found.windows(2).all(falls), "toy {index}, {len}: {found:?}");
         }
@@ -249,7 +249,7 @@ fn designs_become_generators_with_the_same_v() {
         (others.pair(), found.v_validation.unwrap()),
     ] {
         let energy = |data| {
-            let residual = generator.residual(data).unwrap();
+            let residual = generator.residuals(data).unwrap().row(0).transpose();
             residual.rows_range(20..).norm_squared()
         };
         let expected = energy(pair.healthy) / energy(pair.faulty);

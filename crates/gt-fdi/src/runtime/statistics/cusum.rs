@@ -109,6 +109,31 @@ impl Cusum {
     }
 }
 
+impl Cusum {
+    /// The likeliest step: the samples since its onset, as [`Cusum::onset_age`], and its size with
+    /// its sign in standard deviations, the allowance and the mean of what exceeded it; `None`
+    /// while both sums are zero.
+    pub fn change(&self) -> Option<(u64, f64)> {
+        let (sum, sign) = if self.upper.value >= self.lower.value {
+            (self.upper, 1.0)
+        } else {
+            (self.lower, -1.0)
+        };
+        (sum.age > 0).then(|| {
+            (
+                sum.age,
+                sign * (self.allowance + sum.value / sum.age as f64),
+            )
+        })
+    }
+
+    /// Lets neither sum stand above `ceiling`.
+    pub(crate) fn cap(&mut self, ceiling: f64) {
+        self.upper.value = self.upper.value.min(ceiling);
+        self.lower.value = self.lower.value.min(ceiling);
+    }
+}
+
 impl Sum {
     fn add(&mut self, excess: f64) {
         let value = self.value + excess;

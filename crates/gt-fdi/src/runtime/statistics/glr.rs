@@ -167,6 +167,15 @@ impl Glr {
         self.change
     }
 
+    /// The deviation of the mean at the newest sample that a fault stands for, in standard
+    /// deviations.
+    pub fn deviation(&self, change: Change) -> f64 {
+        match self.waveform {
+            Waveform::Step => change.size,
+            Waveform::Ramp => change.size * change.age as f64,
+        }
+    }
+
     fn judge(&mut self) {
         let (mut value, mut likeliest) = (0.0, None);
         for window in &self.windows {

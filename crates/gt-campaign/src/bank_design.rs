@@ -1,0 +1,150 @@
+//! From a model to the generators and tests of a bank: what the verb `design` and the Python
+//! function of the same name share.
+
+use gtfdi::core::Dataset;
+use gtfdi::fdi::{
+    FdiError, NoiseCovariance, ResidualGenerator, ResidualTest, StatisticKind, ThresholdRule,
+};
+use gtfdi::ident::eiv::EivModel;
+use gtfdi::ident::{ArxModel, ArxRow, Channel, OutputModel};
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+/// The name of the test that watches all outputs together.
+pub const JOINT_TEST: &str = "joint";
+
+/// Which residuals are tested.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Watch {
+    /// Each output's by itself.
+    Outputs,
+    /// All of them together.
+    Joint,
+    /// Each by itself, and all together.
+    Both,
+}
+
+/// How residuals are tested.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TestPlan {
+    /// The statistic of every test.
+    pub statistic: StatisticKind,
+    /// How limits are set. A mean time between false alarms is that of all tests together: each of
+    /// `n` tests gets `n` times as long.
+    pub rule: ThresholdRule,
+    /// Which residuals.
+    pub watch: Watch,
+}
+
+/// A refusal of a test, with its name.
+pub type Refusal = (String, FdiError);
+
+/// The Kalman filter of one output's row of a model, `part`, as a residual generator: for the
+/// noise of an errors-in-variables model, or for the equation errors of an ARX model, whose optimal
+/// predictor has all poles at zero.
+///
+/// # Errors
+/// As [`ResidualGenerator::kalman`] and [`ResidualGenerator::observer`].
+pub fn kalman_generator(
+    model: &ArxModel,
+    noise: Option<&EivModel>,
+    output: usize,
+    part: OutputModel,
+) -> Result<ResidualGenerator, FdiError> {
+    let Some(noise) = noise else {
+        let poles = vec![0.0; part.model.nx()];
+        return ResidualGenerator::observer(part.model, part.point, &poles);
+    };
+    let outputs = noise.output_noise();
+    // The inputs of a part: those of the model, then the other outputs that its row uses.
+    let others = (0..outputs.len()).filter(|&other| {
+        let uses = |terms: &[gtfdi::ident::Term]| {
+            terms
+                .iter()
+                .any(|term| term.channel == Channel::Output(other))
+        };
+        other != output && uses(&model.rows()[output].terms)
+    });
+    let inputs = noise.input_noise().iter().map(|channel| channel.variance);
+    let inputs: Vec<f64> = inputs
+        .chain(others.map(|other| outputs[other].variance))
+        .collect();
+    let own = [outputs[output].variance];
+    let covariance = NoiseCovariance::errors_in_variables(&part.model, &inputs, &own)?;
+    ResidualGenerator::kalman(part.model, part.point, covariance)
+}
+
+/// How much larger the residuals of new records are than those of the record that a model was
+/// identified from, for each output: `sqrt((T + p) / (T - p))` with `p` coefficients from `T` rows
+/// (Akaike's final prediction error, *Annals of the Institute of Statistical Mathematics* 21, 1969).
+/// A model with as many coefficients as rows has no error to go by: the factor then is that of the
+/// fewest that leave one.
+pub fn in_sample_optimism(model: &ArxModel) -> Vec<f64> {
+    let rows = model.rows_used() as f64;
+    let factor = |row: &ArxRow| {
+        let coefficients = (row.terms.len() as f64).min(rows - 1.0);
+        ((rows + coefficients) / (rows - coefficients))
+            .sqrt()
+            .max(1.0)
+    };
+    model.rows().iter().map(factor).collect()
+}
+
+impl TestPlan {
+    /// Tests on the residuals of a model's generators, one an output, calibrated on healthy records;
+    /// `in_sample` says which of them the model was identified from ([`in_sample_optimism`]).
+    ///
+    /// # Errors
+    /// As [`ResidualTest::calibrate_in_sample`], with the name of the test.
+    pub fn tests(
+        &self,
+        model: &ArxModel,
+        generators: &[ResidualGenerator],
+        healthy: &[Dataset],
+        in_sample: &[bool],
+    ) -> Result<Vec<ResidualTest>, Refusal> {
+        let factors = in_sample_optimism(model);
+        let optimism = DMatrix::from_fn(generators.len(), healthy.len(), |output, record| {
+            if in_sample.get(record) == Some(&true) {
+                factors.get(output).copied().unwrap_or(1.0)
+            } else {
+                1.0
+            }
+        });
+        let mut groups: Vec<(String, std::ops::Range<usize>)> = Vec::new();
+        if self.watch != Watch::Joint {
+            for (index, generator) in generators.iter().enumerate() {
+                groups.push((generator.outputs()[0].name.clone(), index..index + 1));
+            }
+        }
+        if self.watch != Watch::Outputs {
+            groups.push((JOINT_TEST.to_owned(), 0..generators.len()));
+        }
+        let rule = self.rule_for(groups.len());
+        groups
+            .into_par_iter()
+            .map(|(name, own)| {
+                let optimism = optimism.rows(own.start, own.len()).into_owned();
+                let group: Vec<&ResidualGenerator> = generators[own].iter().collect();
+                let statistic = self.statistic;
+                ResidualTest::calibrate_in_sample(
+                    &name, &group, healthy, &optimism, statistic, rule,
+                )
+                .map_err(|error| (name, error))
+            })
+            .collect()
+    }
+
+    /// The rule for each of `tests` tests.
+    fn rule_for(&self, tests: usize) -> ThresholdRule {
+        match self.rule {
+            ThresholdRule::MeanTimeBetweenFalseAlarms { hours, consecutive } => {
+                ThresholdRule::MeanTimeBetweenFalseAlarms {
+                    hours: hours * tests as f64,
+                    consecutive,
+                }
+            }
+            rule => rule,
+        }
+    }
+}

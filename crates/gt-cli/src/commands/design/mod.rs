@@ -1,0 +1,340 @@
+//! `gtfdi design`: a model and healthy records to a bank of generators and tests.
+
+mod poles;
+mod report;
+mod statistic;
+
+use std::path::{Path, PathBuf};
+
+use gt_campaign::{TestPlan, Watch, in_sample_optimism, kalman_generator};
+use gt_log::{ModelFile, read_json, write_json};
+use gtfdi::core::Dataset;
+use gtfdi::fdi::{Bank, FdiError, ResidualGenerator, ResidualTest, StatisticError, ThresholdRule};
+use gtfdi::ident::ArxModel;
+use gtfdi::ident::eiv::EivModel;
+
+use self::poles::{check_tags, poles};
+use self::report::{Report, test_reports, text, unsupported};
+use super::SCHEMA_VERSION;
+use crate::Outcome;
+use crate::cli::{DesignArgs, GeneratorKind, GlobalArgs, Statistic, WatchKind};
+use crate::config::layered;
+use crate::failure::Failure;
+use crate::output::{complain, number, print, print_json};
+use crate::record::{check_out, read_for, selection_for};
+
+/// Allowances for residuals of a model's own record beyond this are told.
+const NOTABLE_OPTIMISM: f64 = 1.02;
+/// The mean time between false alarms where nobody asks for another, in hours.
+const DEFAULT_ARL0_HOURS: f64 = 24.0;
+
+fn rule(args: &DesignArgs) -> Result<ThresholdRule, Failure> {
+    let given = |default: usize| args.consecutive.unwrap_or(default);
+    let rule = match (args.exceedance, &args.arl0) {
+        (Some(share), _) => ThresholdRule::Exceedance {
+            share,
+            consecutive: given(6),
+        },
+        (None, Some(time)) => ThresholdRule::MeanTimeBetweenFalseAlarms {
+            hours: parse_hours(time)?,
+            consecutive: given(1),
+        },
+        (None, None) => match (args.margin, args.statistic) {
+            (None, Some(statistic)) if statistic != Statistic::Threshold => {
+                ThresholdRule::MeanTimeBetweenFalseAlarms {
+                    hours: DEFAULT_ARL0_HOURS,
+                    consecutive: given(1),
+                }
+            }
+            (factor, _) => ThresholdRule::Margin {
+                factor: factor.unwrap_or(ThresholdRule::DEFAULT_MARGIN),
+                consecutive: given(1),
+            },
+        },
+    };
+    rule.validate().map_err(|error| match error {
+        FdiError::Option {
+            option,
+            expected,
+            found,
+        } => {
+            let flag = match option {
+                "share" => "exceedance",
+                "factor" => "margin",
+                "hours" => "arl0",
+                option => option,
+            };
+            Failure::input(format!("--{flag}: expected {expected}, found {found}"))
+        }
+        error => Failure::input(error),
+    })?;
+    Ok(rule)
+}
+
+/// A time span such as `24h`, `30min`, `90s` or `2d`, in hours.
+fn parse_hours(text: &str) -> Result<f64, Failure> {
+    let units = [
+        ("min", 1.0 / 60.0),
+        ("h", 1.0),
+        ("s", 1.0 / 3600.0),
+        ("d", 24.0),
+    ];
+    units
+        .iter()
+        .find_map(|(unit, hours)| {
+            let value: f64 = text.trim().strip_suffix(unit)?.trim().parse().ok()?;
+            (value.is_finite() && value > 0.0).then_some(value * hours)
+        })
+        .ok_or_else(|| {
+            Failure::input(format!(
+                "--arl0: expected a positive time such as 24h, 30min or 90s, found `{text}`"
+            ))
+        })
+}
+
+/// A refusal of the design for `output` that names the option or the file to blame.
+fn refused(
+    error: &FdiError,
+    args: &DesignArgs,
+    output: &str,
+    paths: &[&Path],
+    healthy: &[Dataset],
+) -> Failure {
+    let record = match error {
+        FdiError::PoleCount { .. } | FdiError::PoleOutside { .. } => {
+            return Failure::input(format!("--poles: output `{output}`: {error}"));
+        }
+        FdiError::HealthyTotal { share, .. } => {
+            return Failure::input(format!("--exceedance {share}: {error}"));
+        }
+        FdiError::HealthyHours { .. } => {
+            let time = args.arl0.as_deref().unwrap_or_default();
+            return Failure::input(format!("--arl0 {time}: {error}"));
+        }
+        FdiError::Statistic(StatisticError::Window { .. }) => {
+            return Failure::input(format!("--window: {error}"));
+        }
+        FdiError::HealthySamples { record, .. } => Some(*record),
+        FdiError::SampleTime { found_s, .. } => healthy
+            .iter()
+            .position(|data| data.sample_time_s().to_bits() == found_s.to_bits()),
+        _ => None,
+    };
+    match record.and_then(|record| paths.get(record)) {
+        Some(path) => Failure::in_file(path, format!("output `{output}`: {error}")),
+        None => Failure::input(format!("output `{output}`: {error}")),
+    }
+}
+
+/// Runs the verb.
+pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
+    let defaults = DesignArgs {
+        generator: Some(GeneratorKind::Observer),
+        statistic: Some(Statistic::Threshold),
+        ..DesignArgs::default()
+    };
+    let Some(args) = layered("design", args, &defaults, global)? else {
+        return Ok(Outcome::Done);
+    };
+    let model_path = args
+        .model
+        .as_ref()
+        .ok_or_else(|| Failure::missing("--model", "--model model.json"))?;
+    let out = args
+        .out
+        .as_ref()
+        .ok_or_else(|| Failure::missing("--out", "--out bank.json"))?;
+    let healthy_paths: Vec<&Path> = args
+        .healthy
+        .iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    if healthy_paths.is_empty() {
+        return Err(Failure::missing("--healthy", "--healthy run.csv"));
+    }
+    let generator = args.generator.unwrap_or(GeneratorKind::Observer);
+    if generator == GeneratorKind::Kalman && args.poles.is_some() {
+        return Err(Failure::input(
+            "--poles: expected with --generator observer, found kalman, which chooses its own",
+        ));
+    }
+    let plan = TestPlan {
+        statistic: statistic::statistic(&args)?,
+        rule: rule(&args)?,
+        watch: match args.watch {
+            None | Some(WatchKind::Outputs) => Watch::Outputs,
+            Some(WatchKind::Joint) => Watch::Joint,
+            Some(WatchKind::Both) => Watch::Both,
+        },
+    };
+    check_out(out, &[&[model_path.as_path()], &healthy_paths[..]].concat())?;
+    let file = read_json::<ModelFile>(model_path).map_err(Failure::input)?;
+    let noise = file.eiv().map_err(|e| Failure::in_file(model_path, e))?;
+    let model = &file.model;
+    let wishes = args.poles.clone().unwrap_or_default();
+    check_tags(&wishes, model.outputs(), model_path)?;
+
+    let Healthy {
+        records: healthy,
+        in_sample,
+        mut warnings,
+    } = read_healthy(&args, &file, model_path, &healthy_paths)?;
+    let mut generators = Vec::new();
+    for (index, output) in model.outputs().iter().enumerate() {
+        let made = design_generator(
+            &model,
+            noise.as_ref(),
+            index,
+            generator,
+            &wishes,
+            model_path,
+        )?;
+        generators.push(
+            made.map_err(|error| refused(&error, &args, &output.name, &healthy_paths, &healthy))?,
+        );
+    }
+    let tests = plan
+        .tests(model, &generators, &healthy, &in_sample)
+        .map_err(|(name, error)| refused(&error, &args, &name, &healthy_paths, &healthy))?;
+    let useless = tests
+        .iter()
+        .filter_map(|test| useless(test, model, &healthy));
+    let found: Vec<String> = useless
+        .chain(tests.iter().filter_map(unsupported))
+        .collect();
+    for warning in &found {
+        complain(&format!("warning: {warning}"));
+    }
+    warnings.extend(found);
+    let bank = Bank::new(bank_name(generator), generators, tests).map_err(Failure::input)?;
+    write_json(out, &bank).map_err(Failure::failed)?;
+    let report = Report {
+        schema_version: SCHEMA_VERSION,
+        generator,
+        statistic: args.statistic.unwrap_or(Statistic::Threshold),
+        healthy_records: healthy.len(),
+        detectors: test_reports(&bank),
+        warnings,
+        out,
+    };
+    if global.json {
+        print_json(&report)?;
+    } else {
+        print(&text(&report))?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Healthy records.
+struct Healthy {
+    records: Vec<Dataset>,
+    /// Whether the model was identified from each.
+    in_sample: Vec<bool>,
+    warnings: Vec<String>,
+}
+
+fn read_healthy(
+    args: &DesignArgs,
+    file: &ModelFile,
+    model_path: &Path,
+    paths: &[&Path],
+) -> Result<Healthy, Failure> {
+    let model = &file.model;
+    let rows = args.rows.as_ref().map(|rows| rows.0.clone());
+    let wanted = selection_for(model, &args.reading, rows);
+    let optimism = in_sample_optimism(model).into_iter().fold(1.0, f64::max);
+    let mut healthy = Healthy {
+        records: Vec::new(),
+        in_sample: Vec::new(),
+        warnings: Vec::new(),
+    };
+    for path in paths {
+        let read = read_for(path, &wanted, model_path, model.sample_time_s())?;
+        let own = file.input_sha256.as_ref() == Some(&read.imported.sha256);
+        healthy.warnings.extend(read.warnings);
+        if own && optimism > NOTABLE_OPTIMISM {
+            let warning = format!(
+                "{}: the model was identified from this record, whose residuals are smaller than \
+                 those of any other: they count up to {} times; another healthy record would need \
+                 no such allowance",
+                path.display(),
+                number(Some(optimism))
+            );
+            complain(&format!("warning: {warning}"));
+            healthy.warnings.push(warning);
+        }
+        healthy.in_sample.push(own);
+        healthy.records.push(read.imported.dataset);
+    }
+    Ok(healthy)
+}
+
+/// The bank's name, part of its topics in a log.
+fn bank_name(generator: GeneratorKind) -> &'static str {
+    match generator {
+        GeneratorKind::Observer => "observers",
+        GeneratorKind::Kalman => "filters",
+    }
+}
+
+/// The residual generator of one output; the outer error is of the options or the model's file.
+fn design_generator(
+    model: &ArxModel,
+    noise: Option<&EivModel>,
+    output: usize,
+    kind: GeneratorKind,
+    wishes: &[String],
+    model_path: &Path,
+) -> Result<Result<ResidualGenerator, FdiError>, Failure> {
+    let part = model
+        .output_model(output)
+        .map_err(|e| Failure::in_file(model_path, e))?;
+    Ok(match kind {
+        GeneratorKind::Observer => {
+            let poles = poles(wishes, &model.outputs()[output].name, part.model.nx())?;
+            ResidualGenerator::observer(part.model, part.point, &poles)
+        }
+        GeneratorKind::Kalman => kalman_generator(model, noise, output, part),
+    })
+}
+
+/// What to say of a limit on the residual as it is beyond everything that its output did.
+fn useless(test: &ResidualTest, model: &ArxModel, healthy: &[Dataset]) -> Option<String> {
+    if test.evaluation.whitening.is_some() {
+        return None;
+    }
+    let outputs = model.outputs().iter();
+    let index = outputs
+        .map(|signal| &signal.name)
+        .position(|name| *name == test.name)?;
+    let (name, limit) = (&test.name, test.threshold.limit);
+    let values = healthy.iter().map(|data| data.y().row(index));
+    let high = values.clone().map(|row| row.max()).fold(f64::MIN, f64::max);
+    let low = values.map(|row| row.min()).fold(f64::MAX, f64::min);
+    (limit > high - low).then(|| {
+        format!(
+            "`{name}`: the limit {} is beyond the output's whole healthy range {}: slower poles \
+             amplify the model's error, faster ones (nearer 0) do not",
+            number(Some(limit)),
+            number(Some(high - low))
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spans_of_time_carry_their_unit() {
+        for (text, hours) in [("24h", 24.0), ("30min", 0.5), ("90 s", 0.025), ("2d", 48.0)] {
+            let found = parse_hours(text).expect(text);
+            // One product and one quotient by 60 or 3600.
+            assert!((found - hours).abs() < 1e-15 * hours, "{text}: {found}");
+        }
+        for bad in ["24", "h", "-1h", "0h", "nanh", "1 fortnight"] {
+            assert!(parse_hours(bad).is_err(), "{bad} accepted");
+        }
+    }
+}
