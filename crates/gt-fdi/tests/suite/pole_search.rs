@@ -123,7 +123,7 @@ fn a_corner_that_searches_from_inside_miss_is_found() {
 fn vertices_are_met_exactly() {
     let toy = Toy::new(&[0.9, 0.6], Fault::Component(0.01));
     let records = toy.records(7, 500);
-    for radius in [0.5, 0.8, 0.97] {
+    for radius in [1e-6, 0.5, 0.8, 0.97] {
         let search = PoleSearch {
             radius,
             ..PoleSearch::default()

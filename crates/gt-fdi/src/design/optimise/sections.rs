@@ -6,7 +6,7 @@ use super::super::placement::{PlacementError, pair};
 
 /// Rounding of `a1^2 / 4 - a2`, relative to its terms, below which a section has a double pole.
 const DOUBLE_POLE_ROUNDINGS: f64 = 4.0;
-/// Distance from a face of the polytope at which coefficients are on it.
+/// Distance from a face of the polytope, relative to its size, at which coefficients are on it.
 const FACE: f64 = 1e-8;
 
 /// `P(z^-1) = prod_k (1 + a1_k z^-1 + a2_k z^-2)`, and for an odd order a factor `1 + c z^-1`.
@@ -118,8 +118,8 @@ impl Sections {
     /// about that far inside, and a vertex has to be met.
     pub(super) fn clamped(mut self, radius: f64) -> Self {
         let square = radius * radius;
-        let within = |value: f64, limit: f64| {
-            if value.abs() > limit - FACE {
+        let within = |value: f64, limit: f64, size: f64| {
+            if value.abs() > limit - FACE * size {
                 limit.copysign(value)
             } else {
                 value
@@ -128,10 +128,10 @@ impl Sections {
         for section in self.coefficients.as_mut_slice().chunks_mut(2) {
             match section {
                 [a1, a2] => {
-                    *a2 = within(*a2, square);
-                    *a1 = within(*a1, (square + *a2) / radius);
+                    *a2 = within(*a2, square, square);
+                    *a1 = within(*a1, (square + *a2) / radius, radius);
                 }
-                [c] => *c = within(*c, radius),
+                [c] => *c = within(*c, radius, radius),
                 _ => {}
             }
         }

@@ -92,7 +92,7 @@ pub(super) fn descend(ratio: &EnergyRatio, radius: f64, start: Sections) -> Loca
     let value = ratio.value(&point.sections);
     Local {
         sections: point.sections,
-        value,
+        value: if value.is_nan() { f64::INFINITY } else { value },
         evaluations: evaluations + 1,
     }
 }
