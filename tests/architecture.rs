@@ -4,7 +4,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use cargo_metadata::{DependencyKind, MetadataCommand};
+use cargo_metadata::{DependencyKind, MetadataCommand, Package};
 
 /// Crates of the workspace that each crate may depend on (development dependencies apart).
 const ROOMS: [(&str, &[&str]); 10] = [
@@ -21,10 +21,11 @@ const ROOMS: [(&str, &[&str]); 10] = [
 ];
 
 /// Outside crates that only some rooms may name.
-const GUARDED: [(&str, &[&str]); 15] = [
+const GUARDED: [(&str, &[&str]); 16] = [
     ("faer", &["gt-core", "gt-ident", "gt-fdi"]),
     ("clarabel", &["gt-core"]),
     ("pulp", &["gt-ident", "gt-plant"]),
+    ("libm", &["gt-fdi"]),
     ("tokio", &[]),
     ("mcap", &["gt-log"]),
     ("prost", &["gt-log"]),
@@ -39,15 +40,23 @@ const GUARDED: [(&str, &[&str]); 15] = [
     ("anyhow", &["gt-cli"]),
 ];
 
-/// Dependencies of every workspace crate that end up in what it builds.
-fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
-    let metadata = MetadataCommand::new()
+/// What the runtime of gt-fdi, which is all of it without its feature `design`, depends on. That
+/// none of it brings std is for the linker to say: `cargo xtask test-no-std`.
+const RUNTIME: [&str; 3] = ["libm", "serde", "thiserror"];
+
+/// The packages of the workspace.
+fn packages() -> Vec<Package> {
+    MetadataCommand::new()
         .manifest_path(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
         .no_deps()
         .exec()
-        .expect("cargo metadata runs");
-    metadata
+        .expect("cargo metadata runs")
         .packages
+}
+
+/// Dependencies of every workspace crate that end up in what it builds, with all its features.
+fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
+    packages()
         .iter()
         .map(|package| {
             let names = package
@@ -83,6 +92,40 @@ fn crates_import_only_what_the_architecture_allows() {
         assert!(
             forbidden.is_empty(),
             "{name} imports {forbidden:?}, allowed are {allowed:?}"
+        );
+    }
+}
+
+/// The design half and what it needs are switched off with one feature, and what is left is small
+/// and does without the default features that mean std.
+#[test]
+fn the_runtime_of_gt_fdi_stands_on_three_crates() {
+    let packages = packages();
+    let package = packages
+        .iter()
+        .find(|package| package.name.as_str() == "gt-fdi")
+        .expect("gt-fdi is a package of the workspace");
+    assert_eq!(package.features["default"], ["design"]);
+    let (optional, always): (Vec<_>, Vec<_>) = package
+        .dependencies
+        .iter()
+        .filter(|dependency| dependency.kind == DependencyKind::Normal)
+        .partition(|dependency| dependency.optional);
+    let found: BTreeSet<&str> = always.iter().map(|d| d.name.as_str()).collect();
+    assert_eq!(found, BTreeSet::from(RUNTIME));
+    for dependency in always {
+        assert!(
+            !dependency.uses_default_features,
+            "{} with its default features",
+            dependency.name
+        );
+        assert!(!dependency.features.contains(&"std".to_owned()));
+    }
+    for dependency in optional {
+        let switch = format!("dep:{}", dependency.name);
+        assert!(
+            package.features["design"].contains(&switch),
+            "{switch} is not switched on by `design`"
         );
     }
 }

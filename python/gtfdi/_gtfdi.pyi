@@ -242,9 +242,12 @@ class _SchedulePoint(TypedDict):
 class _Alarm(TypedDict):
     time_s: float
     first_exceedance_s: float
+    onset_s: float | None
     tag: str
     residual: float
+    statistic: float
     threshold: float
+    deviation: float | None
     end_s: float | None
 
 class _FalseAlarmRate(TypedDict):
@@ -258,10 +261,23 @@ class _FalseAlarms(TypedDict):
     in_sample: _FalseAlarmRate
     cross_validated: _FalseAlarmRate
     cross_validated_exceedance_share: float
+    mean_time: _MeanTime | None
 
-class _OutputDetector(TypedDict):
+class _MeanTime(TypedDict):
+    asked_hours: float
+    hours: float | None
+    hours_low: float | None
+    hours_high: float | None
+    peaks: int
+    healthy_hours: float
+    healthy_hours_needed: float
+
+class _ResidualTest(TypedDict):
     output: str
+    outputs: list[str]
     poles: list[float]
+    statistic: dict[str, Any]
+    whitening_order: int | None
     limit: float
     consecutive: int
     settle_samples: int
@@ -731,6 +747,29 @@ class Observer:
     def from_json(cls, text: str) -> Observer: ...
 
 @final
+class KalmanFilter:
+    def innovations(self, u: _Record, y: ArrayLike | None = None) -> _Doubles: ...
+    @property
+    def predictor_gain(self) -> _Doubles: ...
+    @property
+    def filter_gain(self) -> _Doubles: ...
+    @property
+    def innovation_covariance(self) -> _Doubles: ...
+    @property
+    def predicted_covariance(self) -> _Doubles: ...
+    @property
+    def spectral_radius(self) -> float: ...
+    @property
+    def settle_samples(self) -> int: ...
+    @property
+    def model(self) -> StateSpace: ...
+    @property
+    def point(self) -> _Point: ...
+    def to_json(self) -> str: ...
+    @classmethod
+    def from_json(cls, text: str) -> KalmanFilter: ...
+
+@final
 class Detection:
     @property
     def time_s(self) -> _Doubles: ...
@@ -738,6 +777,10 @@ class Detection:
     def outputs(self) -> list[str]: ...
     @property
     def residuals(self) -> _Doubles: ...
+    @property
+    def tests(self) -> list[str]: ...
+    @property
+    def statistics(self) -> _Doubles: ...
     @property
     def alarms(self) -> list[_Alarm]: ...
     @property
@@ -754,7 +797,11 @@ class Bank:
     @property
     def sample_time_s(self) -> float: ...
     @property
-    def detectors(self) -> list[_OutputDetector]: ...
+    def tests(self) -> list[str]: ...
+    @property
+    def false_alarms_per_hour(self) -> _FalseAlarmRate: ...
+    @property
+    def detectors(self) -> list[_ResidualTest]: ...
     def detect(self, u: _Record, y: ArrayLike | None = None) -> Detection: ...
     def detector(self) -> Detector: ...
     def save(self, path: _Path) -> None: ...
@@ -771,7 +818,11 @@ class Detector:
     @property
     def outputs(self) -> list[str]: ...
     @property
+    def tests(self) -> list[str]: ...
+    @property
     def sample_time_s(self) -> float: ...
+    def state(self) -> str: ...
+    def resume(self, state: str) -> None: ...
     def step(self, u: ArrayLike, y: ArrayLike, t_s: float | None = None) -> Verdict: ...
     def process(
         self, u: _Record, y: ArrayLike | None = None, t_s: float | None = None
@@ -781,13 +832,17 @@ class Detector:
 @final
 class Verdict:
     @property
-    def outputs(self) -> list[str]: ...
+    def tests(self) -> list[str]: ...
     @property
     def time_s(self) -> float: ...
     @property
     def gap(self) -> bool: ...
     @property
     def residual(self) -> _Doubles: ...
+    @property
+    def statistic(self) -> _Doubles: ...
+    @property
+    def deviation(self) -> _Doubles: ...
     @property
     def exceeds(self) -> _Flags: ...
     @property
@@ -804,13 +859,15 @@ class Verdict:
 @final
 class VerdictSeries:
     @property
-    def outputs(self) -> list[str]: ...
+    def tests(self) -> list[str]: ...
     @property
     def time_s(self) -> _Doubles: ...
     @property
     def gap(self) -> _Flags: ...
     @property
     def residual(self) -> _Doubles: ...
+    @property
+    def statistic(self) -> _Doubles: ...
     @property
     def exceeds(self) -> _Flags: ...
     @property
@@ -942,13 +999,27 @@ def observer(
     poles: _Poles,
     point: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> Observer: ...
+def kalman(
+    model: StateSpace | OutputModel,
+    input_variances: ArrayLike,
+    output_variances: ArrayLike,
+    point: tuple[ArrayLike, ArrayLike] | None = None,
+) -> KalmanFilter: ...
 def design(
     model: ArxModel | EivModel,
     healthy: Sequence[_Healthy],
     *,
+    generator: str = "observer",
+    statistic: str = "threshold",
+    watch: str = "outputs",
     poles: _Poles | Mapping[str, _Poles] | None = None,
+    window: int | None = None,
+    allowance: float | None = None,
+    waveform: str | None = None,
+    sizes: tuple[float, float] | None = None,
     exceedance: float | None = None,
     margin: float | None = None,
     arl0_h: float | None = None,
     consecutive: int | None = None,
+    in_sample: bool = False,
 ) -> Bank: ...

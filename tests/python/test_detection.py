@@ -180,8 +180,8 @@ def test_banks_pickle_and_keep_files(bank, records, tmp_path):
         assert copy == bank
         found = copy.detect(records[3]).residuals
         assert found.tobytes() == bank.detect(records[3]).residuals.tobytes()
-    path.write_text(bank.to_json().replace('"schema_version":1', '"schema_version":99'))
-    with pytest.raises(gtfdi.LogError, match="schema_version 1, found 99"):
+    path.write_text(bank.to_json().replace('"schema_version":2', '"schema_version":99'))
+    with pytest.raises(gtfdi.LogError, match="schema_version 2, found 99"):
         gtfdi.Bank.load(path)
 
 

@@ -7,8 +7,9 @@ use std::process::{Command, ExitCode};
 const HELP: &str = "\
 cargo xtask <task>
 
-  test          all tests: Rust, then the Python package in an environment of its own
+  test          all tests: Rust, without std, then the Python package in an environment of its own
   test-rust     the Rust tests alone
+  test-no-std   build and run a program without std around gt-fdi's runtime (on Linux)
   test-python   build the wheel, install it, run the Python tests
 
 GTFDI_REFERENCE_DATA names the folder of public records that some tests read (absolute path);
@@ -17,8 +18,11 @@ unset, those tests skip by name.";
 fn main() -> ExitCode {
     let task = env::args().nth(1);
     let outcome = match task.as_deref() {
-        Some("test") => test_rust().and_then(|()| test_python()),
+        Some("test") => test_rust()
+            .and_then(|()| test_no_std())
+            .and_then(|()| test_python()),
         Some("test-rust") => test_rust(),
+        Some("test-no-std") => test_no_std(),
         Some("test-python") => test_python(),
         Some("help" | "--help" | "-h") => {
             println!("{HELP}");
@@ -46,10 +50,30 @@ fn root() -> Result<PathBuf, String> {
 
 fn test_rust() -> Result<(), String> {
     check_reference_data()?;
-    let cargo = env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
-    run(Command::new(cargo)
+    run(cargo()
         .args(["test", "--workspace", "--locked"])
         .current_dir(root()?))
+}
+
+/// Runs the program that has its own panic handler, so that it does not link if gt-fdi's runtime or
+/// a crate that it needs brings std. It reads its own lock file, whose versions are the workspace's.
+fn test_no_std() -> Result<(), String> {
+    if !cfg!(target_os = "linux") {
+        println!("skipped: the program without std starts under Linux's C library only");
+        return Ok(());
+    }
+    let root = root()?;
+    let manifest = root.join("crates/gt-fdi/no_std_host/Cargo.toml");
+    run(cargo()
+        .args(["run", "--locked", "--quiet", "--manifest-path"])
+        .arg(manifest)
+        .arg("--target-dir")
+        .arg(root.join("target").join("no-std-host")))
+}
+
+/// The cargo that runs this task.
+fn cargo() -> Command {
+    Command::new(env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned()))
 }
 
 /// Builds the package as a user would (`pip install .`) into `target/python-env` and runs pytest.

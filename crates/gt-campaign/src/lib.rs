@@ -11,9 +11,11 @@ pub mod paper;
 mod progress;
 pub mod report;
 mod reproduce;
+mod statistic_choice;
 
 pub use bank_design::{JOINT_TEST, Refusal, TestPlan, Watch, in_sample_optimism, kalman_generator};
 pub use error::CampaignError;
 pub use progress::{Progress, Silent};
 pub use reproduce::tables;
 pub use reproduce::{Figure, Reproduction, reproduce};
+pub use statistic_choice::{OptionRefusal, StatisticChoice, StatisticName};

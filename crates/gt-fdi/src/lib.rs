@@ -7,13 +7,30 @@
 //! Source of the method: S. Simani, C. Fantuzzi, *Dynamic system identification and model-based
 //! fault diagnosis of an industrial gas turbine prototype*, Mechatronics 16 (2006), section 4.2,
 //! called *the paper* in this crate; its equation numbers are quoted.
+//!
+//! # Features
+//!
+//! | feature | default | what it adds |
+//! |---|---|---|
+//! | `design` | yes | [`design`] and [`FdiError`], which need std |
+//!
+//! Without it, [`runtime`] is left, for targets that have `core` and `alloc` only.
+
+#![cfg_attr(not(feature = "design"), no_std)]
 
 extern crate alloc;
 
+#[cfg(feature = "design")]
 pub mod design;
+#[cfg(feature = "design")]
 mod error;
 pub mod runtime;
 
+#[cfg(feature = "design")]
+pub use design::RunSumRunLength;
+#[cfg(feature = "design")]
+pub use design::ShiryaevRobertsRunLength;
+#[cfg(feature = "design")]
 pub use design::{
     Alarm, Bank, BankRun, Calibration, CusumRunLength, EivKalman, Evaluation, ExceedanceRunLength,
     FalseAlarmRate, FalseAlarmSummary, Feature, FilterError, FilterRun, FixedThreshold, Innovation,
@@ -22,12 +39,19 @@ pub use design::{
     ThresholdRule, TimeVaryingKalman, Whitening, calibrate, count_alarms, feature,
     mean_delay_bound, place, signature,
 };
+#[cfg(feature = "design")]
 pub use design::{
     Attempt, Criterion, DataBound, EnergyRatio, ObserverDesign, PoleSearch, RecordPair,
     SearchError, SearchMethod, Sections, Start,
 };
+#[cfg(feature = "design")]
 pub use design::{PlacementError, SchurPlacement, StabilityBound, place_complex};
+#[cfg(feature = "design")]
 pub use error::FdiError;
+pub use runtime::{
+    AdaptiveThreshold, GrowingChiSquare, GrowingVariance, Growth, RunSum, ShiryaevRoberts,
+    Whiteness, WindowedVariance,
+};
 pub use runtime::{
     Change, ChannelVerdict, Cusum, Decision, Detector, DetectorState, Estimate, Evaluator,
     ExceedanceRun, Glr, Modulus, MovingAverage, Persistence, ResumeError, Sides, Sprt,

@@ -7,7 +7,9 @@ use std::cell::Cell;
 use gt_core::{OperatingPoint, Signal, StateSpace};
 use gt_fdi::design::{Bank, ResidualGenerator, ResidualTest, ThresholdRule, calibrate};
 use gt_fdi::runtime::{
-    Cusum, Detector, Glr, MovingAverage, Sides, Sprt, Statistic, Waveform, WindowedChiSquare,
+    AdaptiveThreshold, Cusum, Detector, Glr, GrowingChiSquare, GrowingVariance, Growth,
+    MovingAverage, RunSum, ShiryaevRoberts, Sides, Sprt, Statistic, Waveform, Whiteness,
+    WindowedChiSquare, WindowedVariance,
 };
 use nalgebra::DMatrix;
 
@@ -110,6 +112,18 @@ fn no_statistic_allocates() {
     let both = Sides::Both;
     let ramp = Glr::new(Waveform::Ramp, (1e-4, 1e-1), 256, 9.0, both).unwrap();
     let text = serde_json::to_string(&ramp).unwrap();
+    let growth = Growth {
+        shortest: 20,
+        longest: 700,
+    };
+    let mut variance = WindowedVariance::new(25, 3.0, both).unwrap();
+    let mut whiteness = Whiteness::new(100, 10, 30.0).unwrap();
+    for r in [0.5, -0.25, 1.0] {
+        variance.step(r);
+        whiteness.step(r);
+    }
+    let variance_text = serde_json::to_string(&variance).unwrap();
+    let whiteness_text = serde_json::to_string(&whiteness).unwrap();
     let mut statistics: Vec<Box<dyn Statistic>> = vec![
         Box::new(Cusum::new(0.5, 5.0, both).unwrap()),
         Box::new(MovingAverage::new(25, 1.0, both).unwrap()),
@@ -119,7 +133,18 @@ fn no_statistic_allocates() {
         Box::new(ramp),
         Box::new(Glr::new(Waveform::Step, (0.1, 3.0), 4096, 9.0, both).unwrap()),
         Box::new(Sprt::new(1.0, -5.0, 5.0).unwrap()),
+        Box::new(ShiryaevRoberts::new(1.0, 7.0, both).unwrap()),
+        Box::new(RunSum::new(1.0, RunSum::ZONE_SCORES, 7.0, both).unwrap()),
+        Box::new(GrowingChiSquare::new(growth, 3.0, both).unwrap()),
+        Box::new(GrowingVariance::new(growth, 3.0, both).unwrap()),
+        Box::new(serde_json::from_str::<WindowedVariance>(&variance_text).unwrap()),
+        Box::new(variance.clone()),
+        Box::new(variance),
+        Box::new(serde_json::from_str::<Whiteness>(&whiteness_text).unwrap()),
+        Box::new(whiteness.clone()),
+        Box::new(whiteness),
     ];
+    let mut threshold = AdaptiveThreshold::new(2.0, &[0.5], 20.0).unwrap();
     let mut alarms = 0_usize;
     let before = COUNT.with(Cell::get);
     for k in 0..20_000_u32 {
@@ -131,6 +156,9 @@ fn no_statistic_allocates() {
             900 => f64::INFINITY,
             _ => 0.1,
         };
+        let inputs = [f64::from(k % 300), 0.0];
+        let decision = threshold.step(&inputs[..=usize::from(k % 7 == 6)], r);
+        alarms += usize::from(decision.is_ok_and(|decision| decision.alarm));
         for statistic in &mut statistics {
             alarms += usize::from(statistic.step(r).alarm);
             if k % 5000 == 4999 {

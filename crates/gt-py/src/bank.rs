@@ -4,13 +4,15 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use gt_campaign::paper;
+use gt_campaign::{StatisticChoice, StatisticName, TestPlan, Watch, kalman_generator, paper};
 use gt_log::{read_json, write_json};
 use gtfdi::core::{Dataset, Signal, index_of};
 use gtfdi::fdi::{
-    Bank, BankRun, Detector, FalseAlarmSummary, OutputDetector, ResidualGenerator, ThresholdRule,
+    Bank, BankRun, Detector, FalseAlarmSummary, ResidualGenerator, ResidualTest, StatisticKind,
+    ThresholdRule, Waveform, Whitening,
 };
 use gtfdi::ident::ArxModel;
+use gtfdi::ident::eiv::EivModel;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
@@ -24,10 +26,7 @@ use crate::error::Failure;
 use crate::observer::Poles;
 use crate::record::Given;
 
-/// The bank's name, part of its topics in a log; that of the command line.
-const BANK_NAME: &str = "observers";
-
-/// A bank of output observers with fixed thresholds; ``gtfdi.design`` makes one.
+/// A bank of residual generators and of tests on their residuals; ``gtfdi.design`` makes one.
 #[pyclass(frozen, eq, name = "Bank", module = "gtfdi")]
 #[derive(PartialEq)]
 pub struct PyBank {
@@ -38,7 +37,10 @@ pub struct PyBank {
 #[derive(Serialize)]
 struct DetectorReport<'a> {
     output: &'a str,
+    outputs: &'a [String],
     poles: &'a [f64],
+    statistic: &'a StatisticKind,
+    whitening_order: Option<usize>,
     limit: f64,
     consecutive: usize,
     settle_samples: usize,
@@ -53,16 +55,30 @@ impl PyBank {
         &self.inner.name
     }
 
-    /// Tags of all inputs that a generator reads.
+    /// Tags of all inputs that a generator reads and that are no output of the bank.
     #[getter]
     fn inputs(&self) -> Vec<String> {
         self.inner.inputs()
     }
 
-    /// Tags of the outputs, in the order of the detectors.
+    /// Tags of the outputs, in the order of the generators.
     #[getter]
     fn outputs(&self) -> Vec<String> {
         self.inner.outputs()
+    }
+
+    /// Names of the tests: that of the output where a test watches one.
+    #[getter]
+    fn tests(&self) -> Vec<String> {
+        self.inner.test_names()
+    }
+
+    /// The false alarms of all tests together, counted by cross-validation when their limits were
+    /// set: a dictionary with ``alarms``, ``hours``, ``per_hour``, ``per_hour_low`` and
+    /// ``per_hour_high``.
+    #[getter]
+    fn false_alarms_per_hour<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
+        json_out(py, "rate", &self.inner.false_alarms())
     }
 
     /// Sample time in seconds.
@@ -71,27 +87,33 @@ impl PyBank {
         self.inner.sample_time_s()
     }
 
-    /// A dictionary for each detector: ``output``, ``poles``, ``limit``, ``consecutive``,
-    /// ``settle_samples`` and ``false_alarms``, which were counted when the limit was set.
+    /// A dictionary for each test: ``output`` (its name), ``outputs``, ``poles`` (empty
+    /// where it reads several generators, or Kalman filters), ``statistic``, ``whitening_order``, ``limit``, ``consecutive``, ``settle_samples`` and ``false_alarms``,
+    /// which were counted when the limit was set.
     #[getter]
     fn detectors<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
-        let report = |detector: &OutputDetector| {
+        let report = |test: &ResidualTest| {
+            let whitening = test.evaluation.whitening.as_ref();
+            let own = self.inner.generator_of(test);
             json_out(
                 py,
                 "detector",
                 &DetectorReport {
-                    output: detector.name(),
-                    poles: detector.generator.poles(),
-                    limit: detector.threshold.limit,
-                    consecutive: detector.threshold.consecutive,
-                    settle_samples: detector.generator.settle_samples(),
-                    false_alarms: detector.false_alarms,
+                    output: &test.name,
+                    outputs: &test.outputs,
+                    poles: own.map_or(&[], ResidualGenerator::poles),
+                    statistic: &test.evaluation.statistic,
+                    whitening_order: whitening.map(Whitening::order),
+                    limit: test.threshold.limit,
+                    consecutive: test.threshold.consecutive,
+                    settle_samples: self.inner.settle_samples(test),
+                    false_alarms: test.false_alarms,
                 },
             )
         };
         let reports: Vec<Bound<'py, PyAny>> = self
             .inner
-            .detectors()
+            .tests()
             .iter()
             .map(report)
             .collect::<Result<_, Failure>>()?;
@@ -191,20 +213,34 @@ impl PyDetection {
         self.inner.outputs.clone()
     }
 
-    /// Residuals, an array (N, nd), settling included; NaN where a sample is missing.
+    /// Residuals, an array (N, ny), in the outputs' units, settling included; NaN where a sample is
+    /// missing.
     #[getter]
     fn residuals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         samples_out(py, self.inner.residuals.clone())
     }
 
+    /// Names of the tests, the columns of ``statistics``.
+    #[getter]
+    fn tests(&self) -> Vec<String> {
+        self.inner.tests.clone()
+    }
+
+    /// The statistics, an array (N, number of tests); NaN where nothing is judged.
+    #[getter]
+    fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        samples_out(py, self.inner.statistics.clone())
+    }
+
     /// The alarms in order of time: dictionaries with ``time_s``, ``first_exceedance_s``,
-    /// ``end_s`` (``None`` while it lasts), ``tag``, ``residual`` and ``threshold``.
+    /// ``onset_s`` and ``deviation`` (``None`` where the statistic does not tell), ``end_s``
+    /// (``None`` while it lasts), ``tag``, ``residual``, ``statistic`` and ``threshold``.
     #[getter]
     fn alarms<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
         json_out(py, "alarms", &self.inner.alarms)
     }
 
-    /// For each detector the share of its judged samples above the limit, an array (nd,).
+    /// For each test the share of its judged samples above the limit, an array.
     #[getter]
     fn share_above_limit<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, &self.inner.share_above_limit)
@@ -232,6 +268,13 @@ pub enum Model<'py> {
 }
 
 impl Model<'_> {
+    fn noise(&self) -> Option<&EivModel> {
+        match self {
+            Self::Arx(_) => None,
+            Self::Eiv(model) => Some(&model.get().inner),
+        }
+    }
+
     fn equations(&self) -> &ArxModel {
         match self {
             Self::Arx(model) => &model.get().inner,
@@ -256,6 +299,7 @@ fn rule(
     margin: Option<f64>,
     arl0_h: Option<f64>,
     consecutive: Option<usize>,
+    statistic: StatisticName,
 ) -> Result<ThresholdRule, Failure> {
     let given = |default: usize| consecutive.unwrap_or(default);
     match (exceedance, margin, arl0_h) {
@@ -263,10 +307,7 @@ fn rule(
             share,
             consecutive: given(6),
         }),
-        (None, None, None) => Ok(ThresholdRule::Margin {
-            factor: ThresholdRule::DEFAULT_MARGIN,
-            consecutive: given(1),
-        }),
+        (None, None, None) => Ok(statistic.default_rule(given(1))),
         (None, Some(factor), None) => Ok(ThresholdRule::Margin {
             factor,
             consecutive: given(1),
@@ -283,26 +324,66 @@ fn rule(
     }
 }
 
-/// Designs a bank: an output observer for each output of a model, with a limit set on healthy
-/// records and its false alarms counted by cross-validation.
+/// One of some words.
+fn word<T: Copy>(
+    option: &'static str,
+    text: &str,
+    words: &[(&'static str, T)],
+) -> Result<T, Failure> {
+    let found = words.iter().find(|(word, _)| *word == text);
+    found.map(|(_, value)| *value).ok_or_else(|| {
+        let words: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
+        Failure::Option {
+            option,
+            expected: format!("one of {}", words.join(", ")),
+            found: text.to_owned(),
+        }
+    })
+}
+
+/// Designs a bank: a residual generator for each output of a model, and tests on their residuals
+/// with limits set on healthy records and false alarms counted by cross-validation.
 ///
 /// Parameters
 /// ----------
 /// model : ArxModel or EivModel
-///     The model; of an errors-in-variables model its relation.
+///     The model; of an errors-in-variables model its relation, and its noise for ``"kalman"``.
 /// healthy : list of Dataset, or of tuples (u, y)
 ///     Healthy records; tuples have the model's channels and sample time.
+/// generator : str, optional
+///     ``"observer"``: output observers with the given poles. ``"kalman"``: Kalman filters for the
+///     noise of an errors-in-variables model; of an ARX model its one-step errors.
+/// statistic : str, optional
+///     ``"threshold"`` (the residual's modulus), ``"moving-average"``, ``"cusum"``, ``"glr"`` or
+///     ``"chi2"``; all but the first are of the whitened residual.
+/// watch : str, optional
+///     ``"outputs"``: a test an output. ``"joint"``: one test on the norm of all residuals whitened
+///     among themselves. ``"both"``.
 /// poles : float, list of float or dict, optional
-///     One pole for all states, one a state, or either by tag. By default the paper's 0.7, 0.3,
-///     0.4, 0.4 for q_c, t3, p7, m9 and 0.5 for any other tag.
+///     Of observers: one pole for all states, one a state, or either by tag. By default the paper's
+///     0.7, 0.3, 0.4, 0.4 for q_c, t3, p7, m9 and 0.5 for any other tag.
+/// window : int, optional
+///     Samples: of ``"moving-average"`` (125) or ``"chi2"`` (25), the longest of ``"glr"`` (4096).
+/// allowance : float, optional
+///     Of ``"cusum"``, in standard deviations; 0.5.
+/// waveform : str, optional
+///     What ``"glr"`` looks for: ``"ramp"`` or ``"step"``.
+/// sizes : tuple of float, optional
+///     Its smallest and largest size: standard deviations a sample of ramps (1e-4, 1e-2), standard
+///     deviations of steps (0.1, 10).
 /// exceedance : float, optional
 ///     Limit by the share of healthy samples above it.
 /// margin : float, optional
-///     Limit as a multiple of the largest healthy residual; 1.2 where no rule is given.
+///     Limit as a multiple of the largest healthy value; 1.2 for ``"threshold"`` where no rule is
+///     given.
 /// arl0_h : float, optional
-///     Limit by the mean time between false alarms in hours.
+///     Limit by the mean time between false alarms of all tests together, in hours; 24 for the
+///     other statistics where no rule is given.
 /// consecutive : int, optional
 ///     Samples in a row above the limit that make an alarm; 6 with ``exceedance``, else 1.
+/// in_sample : bool, optional
+///     Whether the model was identified from these records: their residuals are then smaller than
+///     those of any other, and count more.
 ///
 /// Returns
 /// -------
@@ -318,22 +399,68 @@ fn rule(
 /// >>> healthy = [gtfdi.simulate(60.0, seed=seed).measured for seed in (2, 3)]
 /// >>> gtfdi.design(model, healthy, poles={"q_c": 0.7}, margin=1.2).save("bank.json")
 #[pyfunction]
-#[pyo3(signature = (model, healthy, *, poles=None, exceedance=None, margin=None, arl0_h=None,
-    consecutive=None), text_signature = "(model, healthy, *, poles=None, exceedance=None, \
-    margin=None, arl0_h=None, consecutive=None)")]
+#[pyo3(signature = (model, healthy, *, generator="observer", statistic="threshold",
+    watch="outputs", poles=None, window=None, allowance=None, waveform=None, sizes=None,
+    exceedance=None, margin=None, arl0_h=None, consecutive=None, in_sample=false),
+    text_signature = "(model, healthy, *, generator='observer', statistic='threshold', \
+    watch='outputs', poles=None, window=None, allowance=None, waveform=None, sizes=None, \
+    exceedance=None, margin=None, arl0_h=None, consecutive=None, in_sample=False)")]
 #[allow(clippy::too_many_arguments)] // Python names them
 pub fn design(
     py: Python<'_>,
     model: Model<'_>,
     healthy: Vec<Bound<'_, PyAny>>,
+    generator: &str,
+    statistic: &str,
+    watch: &str,
     poles: Option<Placement>,
+    window: Option<usize>,
+    allowance: Option<f64>,
+    waveform: Option<&str>,
+    sizes: Option<(f64, f64)>,
     exceedance: Option<f64>,
     margin: Option<f64>,
     arl0_h: Option<f64>,
     consecutive: Option<usize>,
+    in_sample: bool,
 ) -> Result<PyBank, Failure> {
-    let rule = rule(exceedance, margin, arl0_h, consecutive)?;
-    let model = model.equations();
+    let kalman = word(
+        "generator",
+        generator,
+        &[("observer", false), ("kalman", true)],
+    )?;
+    let name = word("statistic", statistic, &StatisticName::ALL)?;
+    let waveforms = [("ramp", Waveform::Ramp), ("step", Waveform::Step)];
+    let choice = StatisticChoice {
+        name,
+        window,
+        allowance,
+        waveform: waveform
+            .map(|text| word("waveform", text, &waveforms))
+            .transpose()?,
+        sizes,
+    };
+    let watches = [
+        ("outputs", Watch::Outputs),
+        ("joint", Watch::Joint),
+        ("both", Watch::Both),
+    ];
+    let plan = TestPlan {
+        statistic: choice.kind().map_err(|refusal| Failure::Refusal {
+            option: refusal.option,
+            reason: refusal.reason,
+        })?,
+        rule: rule(exceedance, margin, arl0_h, consecutive, name)?,
+        watch: word("watch", watch, &watches)?,
+    };
+    if kalman && poles.is_some() {
+        return Err(Failure::Option {
+            option: "poles",
+            expected: "none with the generator kalman, which chooses its own".to_owned(),
+            found: "some".to_owned(),
+        });
+    }
+    let (noise, model) = (model.noise(), model.equations());
     if let Some(Placement::ByTag(by_tag)) = &poles {
         for tag in by_tag.keys() {
             index_of(model.outputs(), tag)?;
@@ -348,9 +475,13 @@ pub fn design(
         })
         .collect::<Result<_, Failure>>()?;
     let inner = py.detach(|| -> Result<Bank, Failure> {
-        let mut detectors = Vec::with_capacity(model.outputs().len());
+        let mut generators = Vec::with_capacity(model.outputs().len());
         for (index, output) in model.outputs().iter().enumerate() {
             let part = model.output_model(index)?;
+            if kalman {
+                generators.push(kalman_generator(model, noise, index, part)?);
+                continue;
+            }
             let nx = part.model.nx();
             let places = match &poles {
                 Some(Placement::Common(poles)) => Some(poles),
@@ -361,10 +492,16 @@ pub fn design(
                 || vec![paper::default_pole(&output.name); nx],
                 |poles| poles.of(nx),
             );
-            let generator = ResidualGenerator::observer(part.model, part.point, &places)?;
-            detectors.push(OutputDetector::calibrate(generator, &healthy, rule)?);
+            let observer = ResidualGenerator::observer(part.model, part.point, &places)?;
+            generators.push(observer);
         }
-        Ok(Bank::new(BANK_NAME, detectors)?)
+        let in_sample = vec![in_sample; healthy.len()];
+        let tests = plan
+            .tests(model, &generators, &healthy, &in_sample)
+            .map_err(|(_, error)| error)?;
+        // The names of the command line, part of a bank's topics in a log.
+        let name = if kalman { "filters" } else { "observers" };
+        Ok(Bank::new(name, generators, tests)?)
     })?;
     Ok(PyBank { inner })
 }

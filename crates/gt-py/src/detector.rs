@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use gtfdi::core::Signal;
-use gtfdi::fdi::{ChannelVerdict, Detector, Verdict};
+use gtfdi::fdi::{ChannelVerdict, Detector, DetectorState, Verdict};
 use numpy::{Element, PyArray1, PyArray2};
 use pyo3::prelude::*;
 
-use crate::array::{table_out, vector};
+use crate::array::{json_text, json_value, table_out, vector};
 use crate::error::Failure;
 use crate::record::Given;
 
@@ -18,17 +18,17 @@ use crate::record::Given;
 #[pyclass(name = "Detector", module = "gtfdi")]
 pub struct PyDetector {
     inner: Detector,
-    outputs: Arc<[String]>,
+    tests: Arc<[String]>,
     /// Time of the first sample since the time was last given, and the samples since then.
     clock: Option<(f64, usize)>,
 }
 
 impl PyDetector {
     pub fn new(inner: Detector) -> Self {
-        let outputs = inner.outputs().into();
+        let tests = inner.tests().into();
         Self {
             inner,
-            outputs,
+            tests,
             clock: None,
         }
     }
@@ -61,10 +61,42 @@ impl PyDetector {
         self.inner.outputs().to_vec()
     }
 
+    /// Names of the tests, in the order of a verdict's arrays.
+    #[getter]
+    fn tests(&self) -> Vec<String> {
+        self.tests.to_vec()
+    }
+
     /// Sample time in seconds.
     #[getter]
     fn sample_time_s(&self) -> f64 {
         self.inner.sample_time_s()
+    }
+
+    /// All that the detector remembers, as JSON for ``resume``.
+    fn state(&self) -> Result<String, Failure> {
+        json_text("state", &self.inner.state())
+    }
+
+    /// Goes on from the ``state`` of a detector of the same bank: from then on the verdicts are
+    /// those that it would have given, bit for bit.
+    ///
+    /// Raises
+    /// ------
+    /// StepError
+    ///     The state is not one of this bank; the detector is then as it was.
+    ///
+    /// Examples
+    /// --------
+    /// >>> detector = bank.detector()
+    /// >>> _ = detector.step(u[0], y[0], t_s=0.0)
+    /// >>> other = bank.detector()
+    /// >>> other.resume(detector.state())
+    fn resume(&mut self, state: &str) -> Result<(), Failure> {
+        let state: DetectorState = json_value("state", state)?;
+        self.inner.resume(&state)?;
+        self.clock = state.last_time_s().map(|time_s| (time_s, 0));
+        Ok(())
     }
 
     /// Takes one sample.
@@ -105,7 +137,7 @@ impl PyDetector {
         self.clock = Some(clock);
         Ok(PyVerdict {
             inner: verdict,
-            outputs: Arc::clone(&self.outputs),
+            tests: Arc::clone(&self.tests),
         })
     }
 
@@ -162,7 +194,7 @@ impl PyDetector {
         })?;
         Ok(PyVerdictSeries {
             verdicts,
-            outputs: Arc::clone(&self.outputs),
+            tests: Arc::clone(&self.tests),
         })
     }
 
@@ -173,11 +205,11 @@ impl PyDetector {
     }
 }
 
-/// What the detector says of one sample; each array has an entry for every output.
+/// What the detector says of one sample; each array has an entry for every test.
 #[pyclass(frozen, name = "Verdict", module = "gtfdi")]
 pub struct PyVerdict {
     inner: Verdict,
-    outputs: Arc<[String]>,
+    tests: Arc<[String]>,
 }
 
 impl PyVerdict {
@@ -192,10 +224,10 @@ impl PyVerdict {
 
 #[pymethods]
 impl PyVerdict {
-    /// Tags of the outputs.
+    /// Names of the tests, in the order of the arrays.
     #[getter]
-    fn outputs(&self) -> Vec<String> {
-        self.outputs.to_vec()
+    fn tests(&self) -> Vec<String> {
+        self.tests.to_vec()
     }
 
     /// Time of the sample in seconds.
@@ -210,50 +242,64 @@ impl PyVerdict {
         self.inner.gap
     }
 
-    /// Residuals (ny,); NaN where an input or the output is missing.
+    /// Residuals: in the output's unit where a test watches one output as it is, in standard
+    /// deviations where it is whitened, the norm where it watches several; NaN where one is missing.
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.array(py, |channel| channel.residual)
     }
 
-    /// Whether the residual is above the limit (ny,).
+    /// The statistics, which are compared with the limits; NaN where nothing is judged.
+    #[getter]
+    fn statistic<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.array(py, |channel| channel.statistic)
+    }
+
+    /// The likeliest deviations of the residuals' means, in the outputs' units; NaN where the
+    /// statistic does not tell or is within its limit.
+    #[getter]
+    fn deviation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.array(py, |channel| channel.deviation.unwrap_or(f64::NAN))
+    }
+
+    /// Whether the residual is above the limit.
     #[getter]
     fn exceeds<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         self.array(py, |channel| channel.exceeds)
     }
 
-    /// Samples above the limit in a row, this one included (ny,).
+    /// Samples above the limit in a row, this one included.
     #[getter]
     fn run_length<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<usize>> {
         self.array(py, |channel| channel.run_length)
     }
 
-    /// Whether an alarm is up (ny,).
+    /// Whether an alarm is up.
     #[getter]
     fn alarm<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         self.array(py, |channel| channel.alarm)
     }
 
-    /// Whether the alarm came up with this sample (ny,).
+    /// Whether the alarm came up with this sample.
     #[getter]
     fn new_alarm<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         self.array(py, |channel| channel.new_alarm)
     }
 
-    /// Time of the first sample of the present run above the limit (ny,); NaN outside a run.
+    /// Time of the first sample of the present run above the limit; NaN outside a run.
     #[getter]
     fn first_exceedance_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.array(py, |channel| channel.first_exceedance_s.unwrap_or(f64::NAN))
     }
 
-    /// Whether the generator has not yet forgotten its initial state (ny,).
+    /// Whether the generator has not yet forgotten its initial state.
     #[getter]
     fn settling<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         self.array(py, |channel| channel.settling)
     }
 
     fn __repr__(&self) -> String {
-        let up = self.outputs.iter().zip(&self.inner.channels);
+        let up = self.tests.iter().zip(&self.inner.channels);
         let up: Vec<&str> = up
             .filter(|(_, channel)| channel.alarm)
             .map(|(tag, _)| tag.as_str())
@@ -267,11 +313,11 @@ impl PyVerdict {
     }
 }
 
-/// What the detector says of many samples; arrays have a row a sample and a column an output.
+/// What the detector says of many samples; arrays have a row a sample and a column a test.
 #[pyclass(frozen, name = "VerdictSeries", module = "gtfdi")]
 pub struct PyVerdictSeries {
     verdicts: Vec<Verdict>,
-    outputs: Arc<[String]>,
+    tests: Arc<[String]>,
 }
 
 impl PyVerdictSeries {
@@ -281,16 +327,16 @@ impl PyVerdictSeries {
         value: impl Fn(&ChannelVerdict) -> T,
     ) -> PyResult<Bound<'py, PyArray2<T>>> {
         let channels = self.verdicts.iter().flat_map(|verdict| &verdict.channels);
-        table_out(py, channels.map(value).collect(), self.outputs.len())
+        table_out(py, channels.map(value).collect(), self.tests.len())
     }
 }
 
 #[pymethods]
 impl PyVerdictSeries {
-    /// Tags of the outputs.
+    /// Names of the tests, in the order of the arrays.
     #[getter]
-    fn outputs(&self) -> Vec<String> {
-        self.outputs.to_vec()
+    fn tests(&self) -> Vec<String> {
+        self.tests.to_vec()
     }
 
     /// Times of the samples in seconds (N,).
@@ -311,37 +357,43 @@ impl PyVerdictSeries {
         )
     }
 
-    /// Residuals (N, ny); NaN where an input or the output is missing.
+    /// Residuals, as those of one ``Verdict``.
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         self.table(py, |channel| channel.residual)
     }
 
-    /// Whether the residual is above the limit (N, ny).
+    /// The statistics, which are compared with the limits; NaN where nothing is judged.
+    #[getter]
+    fn statistic<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        self.table(py, |channel| channel.statistic)
+    }
+
+    /// Whether the residual is above the limit (a column a test).
     #[getter]
     fn exceeds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<bool>>> {
         self.table(py, |channel| channel.exceeds)
     }
 
-    /// Whether an alarm is up (N, ny).
+    /// Whether an alarm is up (a column a test).
     #[getter]
     fn alarm<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<bool>>> {
         self.table(py, |channel| channel.alarm)
     }
 
-    /// Whether the alarm came up with the sample (N, ny).
+    /// Whether the alarm came up with the sample (a column a test).
     #[getter]
     fn new_alarm<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<bool>>> {
         self.table(py, |channel| channel.new_alarm)
     }
 
-    /// Time of the first sample of the present run above the limit (N, ny); NaN outside a run.
+    /// Time of the first sample of the present run above the limit (a column a test); NaN outside a run.
     #[getter]
     fn first_exceedance_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         self.table(py, |channel| channel.first_exceedance_s.unwrap_or(f64::NAN))
     }
 
-    /// Whether the generator has not yet forgotten its initial state (N, ny).
+    /// Whether the generator has not yet forgotten its initial state (a column a test).
     #[getter]
     fn settling<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<bool>>> {
         self.table(py, |channel| channel.settling)

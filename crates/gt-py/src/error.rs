@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use gt_log::LogError;
 use gtfdi::core::{DataError, DimensionError, ModelError};
-use gtfdi::fdi::{FdiError, StepError};
+use gtfdi::fdi::{FdiError, ResumeError, StepError};
 use gtfdi::ident::IdentError;
 use gtfdi::plant::PlantError;
 use pyo3::prelude::*;
@@ -35,6 +35,9 @@ pub enum Failure {
     /// The online detector refused a sample.
     #[error(transparent)]
     Step(#[from] StepError),
+    /// The online detector refused a saved state.
+    #[error(transparent)]
+    Resume(#[from] ResumeError),
     /// A scenario cannot be simulated.
     #[error(transparent)]
     Plant(#[from] PlantError),
@@ -115,6 +118,14 @@ pub enum Failure {
         /// What was given.
         found: String,
     },
+    /// An option that does not fit the others or is out of its range.
+    #[error("option `{option}`: {reason}")]
+    Refusal {
+        /// The option's name.
+        option: &'static str,
+        /// What was expected and what was found.
+        reason: String,
+    },
     /// Python itself objects.
     #[error(transparent)]
     Python(#[from] PyErr),
@@ -144,7 +155,7 @@ impl Failure {
                 ("ModelError", None)
             }
             Self::Ident(_) => ("IdentError", None),
-            Self::Step(_) | Self::Fdi(FdiError::Step(_)) => ("StepError", None),
+            Self::Step(_) | Self::Resume(_) | Self::Fdi(FdiError::Step(_)) => ("StepError", None),
             Self::Fdi(_) => ("DesignError", None),
             Self::Plant(_)
             | Self::Fault { .. }
@@ -156,7 +167,7 @@ impl Failure {
                 ("LogError", None)
             }
             Self::NotNumbers { .. } => ("ArrayTypeError", None),
-            Self::Option { .. } => ("OptionError", None),
+            Self::Option { .. } | Self::Refusal { .. } => ("OptionError", None),
             Self::Python(_) => ("GtfdiError", None),
         }
     }

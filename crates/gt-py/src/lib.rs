@@ -33,6 +33,7 @@ mod free_run;
 mod frequency_response;
 mod frisch_order_table;
 mod index_table;
+mod kalman;
 mod observer;
 mod order;
 mod order_table;
@@ -84,6 +85,8 @@ mod _gtfdi {
     use crate::frisch_order_table::{PyFrischOrderTable, py_frisch_order_table};
     #[pymodule_export]
     use crate::index_table::{PyIndexTable, py_index_table};
+    #[pymodule_export]
+    use crate::kalman::{PyKalmanFilter, kalman};
     #[pymodule_export]
     use crate::observer::{PyObserver, observer};
     #[pymodule_export]

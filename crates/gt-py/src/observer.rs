@@ -60,7 +60,8 @@ impl PyObserver {
         let model = self.inner.model();
         let given = Given::new(u, y)?;
         let data = given.known(model.inputs(), model.outputs(), model.sample_time_s())?;
-        let residual = u.py().detach(|| self.inner.residual(&data))?;
+        let residual = u.py().detach(|| self.inner.residuals(&data))?;
+        // One output: a row, which lies in memory as an array does.
         Ok(PyArray1::from_slice(u.py(), residual.as_slice()))
     }
 
@@ -119,7 +120,7 @@ impl PyObserver {
     fn __repr__(&self) -> String {
         format!(
             "Observer(output: {}, inputs: {}, poles: {:?})",
-            self.inner.output().name,
+            self.inner.outputs()[0].name,
             names(self.inner.inputs()).join(", "),
             self.inner.poles()
         )
@@ -173,6 +174,18 @@ pub fn observer(
     poles: Poles,
     point: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
 ) -> Result<PyObserver, Failure> {
+    let (model, point) = model_and_point(model, point)?;
+    let poles = poles.of(model.nx());
+    Ok(PyObserver {
+        inner: ResidualGenerator::observer(model, point, &poles)?,
+    })
+}
+
+/// A model with its operating point: as given, or its own, or zero.
+pub fn model_and_point(
+    model: Model<'_>,
+    point: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+) -> Result<(StateSpace, OperatingPoint), Failure> {
     let (model, own): (StateSpace, Option<OperatingPoint>) = match model {
         Model::StateSpace(model) => (model.get().inner.clone(), None),
         Model::Output(output) => {
@@ -188,8 +201,5 @@ pub fn observer(
         (None, Some(point)) => point,
         (None, None) => OperatingPoint::zero(model.nu(), model.ny()),
     };
-    let poles = poles.of(model.nx());
-    Ok(PyObserver {
-        inner: ResidualGenerator::observer(model, point, &poles)?,
-    })
+    Ok((model, point))
 }

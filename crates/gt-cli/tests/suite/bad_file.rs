@@ -150,7 +150,7 @@ fn bank_files() {
         "verdicts.mcap",
     ];
     let refused = |message: &str| place.refused(&args, &["bad.json: ", message]);
-    let first = "/detectors/0";
+    let (first, generator) = ("/tests/0", "/generators/0");
     let cases: [Change; 7] = [
         (
             &|bank| {
@@ -163,15 +163,15 @@ fn bank_files() {
         ),
         (
             &|bank| {
-                let poles = bank.pointer_mut(&format!("{first}/generator/poles"));
+                let poles = bank.pointer_mut(&format!("{generator}/poles"));
                 poles.expect("poles")[0] = json!(0.1);
             },
             "gain: expected that of its poles, ",
         ),
         (&|bank| bank["extra"] = json!(1), "unknown field `extra`"),
         (
-            &|bank| bank["schema_version"] = json!(2),
-            "expected schema_version 1, found 2",
+            &|bank| bank["schema_version"] = json!(1),
+            "expected schema_version 2, found 1",
         ),
         (&|bank| bank["sample_time_s"] = json!(7.0), "7"),
         (
@@ -179,8 +179,8 @@ fn bank_files() {
             "threshold limit: expected a finite number not below 0, found -1",
         ),
         (
-            &|bank| bank["detectors"] = json!([]),
-            "expected at least one detector, found none",
+            &|bank| bank["tests"] = json!([]),
+            "expected at least one generator and one test, found none",
         ),
     ];
     for (change, message) in cases {
@@ -188,7 +188,7 @@ fn bank_files() {
         refused(message);
     }
     let matrix = |bank: &mut Value, matrix: Value| {
-        bank["detectors"][0]["generator"]["model"]["a"] = matrix;
+        bank["generators"][0]["model"]["a"] = matrix;
     };
     for (stored, message) in [
         (json!([[1, 2, 3], 2, 2]), "expected 2 x 2 entries, found 3"),

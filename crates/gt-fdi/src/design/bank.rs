@@ -148,6 +148,13 @@ impl Bank {
         self.tests.iter().map(|test| test.name.clone()).collect()
     }
 
+    /// The generator whose outputs are those of a test, in their order, where it reads just one.
+    pub fn generator_of(&self, test: &ResidualTest) -> Option<&ResidualGenerator> {
+        let generators = self.generators.iter();
+        let mut own = generators.filter(|generator| tags(generator).eq(&test.outputs));
+        own.next()
+    }
+
     /// Samples before a test judges: until those of the bank's generators that it reads have
     /// settled and its whitening has its past.
     pub fn settle_samples(&self, test: &ResidualTest) -> usize {

@@ -12,6 +12,8 @@
 //! |---|---|
 //! | [`Cusum`](crate::runtime::Cusum) | [`CusumRunLength`], from an integral equation |
 //! | a limit, or a number of samples in a row beyond it | [`ExceedanceRunLength`], closed form |
+//! | [`ShiryaevRoberts`](crate::runtime::ShiryaevRoberts), one side | [`ShiryaevRobertsRunLength`], from an integral equation |
+//! | [`RunSum`](crate::runtime::RunSum) | [`RunSumRunLength`], from a Markov chain |
 //! | any [`Statistic`](crate::runtime::Statistic) | [`SimulatedRuns`], with an interval |
 //! | none can be faster | [`mean_delay_bound`] |
 
@@ -63,6 +65,10 @@ pub use riccati::{MAX_CLOSED_LOOP_RADIUS, MAX_DOUBLINGS, MAX_RICCATI_RESIDUAL, R
 pub use run_length::{
     CusumRunLength, ExceedanceRunLength, MAX_CONSECUTIVE, MAX_CUSUM_THRESHOLD, MAX_RUN_LENGTH,
     MIN_ALARMS, SimulatedRunLength, SimulatedRuns, mean_delay_bound,
+};
+pub use run_length::{MAX_RUN_SUM_THRESHOLD, RunSumRunLength};
+pub use run_length::{
+    MAX_SHIRYAEV_ROBERTS_THRESHOLD, SHIRYAEV_ROBERTS_SHIFTS, ShiryaevRobertsRunLength,
 };
 pub use signature::{Feature, SignatureMatrix, feature, signature};
 pub use statistic_kind::StatisticKind;

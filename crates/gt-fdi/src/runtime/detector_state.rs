@@ -17,6 +17,13 @@ pub struct DetectorState {
     pub(crate) channels: Vec<ChannelState>,
 }
 
+impl DetectorState {
+    /// Time of the last sample in seconds; `None` before the first.
+    pub fn last_time_s(&self) -> Option<f64> {
+        self.last_time_s
+    }
+}
+
 /// Why a detector cannot go on from a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum ResumeError {

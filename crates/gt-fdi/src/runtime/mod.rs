@@ -1,7 +1,11 @@
 //! What runs beside the plant: residual generation, decision and the detector that joins them.
 //!
 //! The modules below use `core` and `alloc` only: no clock, no input or output, no randomness, and
-//! nothing is allocated after construction. Time is an argument.
+//! nothing is allocated after construction. Time is an argument. What is left of this crate without
+//! its feature `design` is this module.
+
+// What only the design half makes and calls is idle without it.
+#![cfg_attr(not(feature = "design"), allow(dead_code, unused_imports))]
 
 mod channel;
 mod detector;
@@ -20,8 +24,14 @@ pub use detector_state::{DetectorState, ResumeError};
 pub use evaluator::{Estimate, Evaluator, Modulus};
 pub use exceedance_run::{ExceedanceRun, Persistence};
 pub(crate) use generator::{Generator, Matrices, Update};
+pub use statistics::AdaptiveThreshold;
+pub use statistics::RunSum;
+pub use statistics::ShiryaevRoberts;
+pub use statistics::WindowedVariance;
 pub use statistics::{
     Change, Cusum, Decision, Glr, LARGEST_SAMPLE, MAX_WINDOW, MovingAverage, Sides, Sprt,
     SprtDecision, Statistic, StatisticError, Waveform, WindowedChiSquare,
 };
+pub use statistics::{GrowingChiSquare, GrowingVariance, Growth};
+pub use statistics::{MAX_LAGS, Whiteness};
 pub(crate) use whitener::{Whitener, Whitening};

@@ -3,6 +3,8 @@
 #![allow(clippy::float_cmp)]
 
 #[cfg(test)]
+mod adaptive_threshold;
+#[cfg(test)]
 mod architecture;
 #[cfg(test)]
 mod bank;
@@ -25,9 +27,13 @@ mod exceedance_run_length;
 #[cfg(test)]
 mod false_alarm;
 #[cfg(test)]
+mod false_alarm_times;
+#[cfg(test)]
 mod fixtures;
 #[cfg(test)]
 mod generator;
+#[cfg(test)]
+mod growing_window;
 #[cfg(test)]
 mod innovations;
 #[cfg(test)]
@@ -43,6 +49,10 @@ mod riccati;
 #[cfg(test)]
 mod run_length;
 #[cfg(test)]
+mod run_sum;
+#[cfg(test)]
+mod shiryaev_roberts;
+#[cfg(test)]
 mod signature;
 #[cfg(test)]
 mod simulation;
@@ -52,3 +62,7 @@ mod statistic_state;
 mod statistics;
 #[cfg(test)]
 mod toys;
+#[cfg(test)]
+mod whiteness;
+#[cfg(test)]
+mod windowed_variance;

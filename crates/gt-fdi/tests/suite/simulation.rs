@@ -12,7 +12,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use crate::fixtures::rng;
 
 /// Normal residuals, one generator a path.
-fn white(seed: u64) -> impl FnMut(usize) -> Box<dyn FnMut() -> f64> {
+pub fn white(seed: u64) -> impl FnMut(usize) -> Box<dyn FnMut() -> f64> {
     move |path| {
         let mut rng = rng(seed + path as u64);
         Box::new(move || rng.sample(StandardNormal))

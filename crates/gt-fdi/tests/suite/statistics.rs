@@ -8,7 +8,7 @@ use proptest::prelude::*;
 
 use crate::fixtures::noise;
 
-const SIDES: [Sides; 3] = [Sides::Upper, Sides::Lower, Sides::Both];
+pub const SIDES: [Sides; 3] = [Sides::Upper, Sides::Lower, Sides::Both];
 
 /// What happens to a statistic.
 #[derive(Debug, Clone, Copy)]
@@ -32,7 +32,7 @@ pub fn events(len: usize) -> impl Strategy<Value = Vec<Event>> {
 
 /// Runs the statistic and has each value compared with that on the samples since the last
 /// reset that were not missing, by `compare`.
-fn check_against_batch<S: Statistic>(
+pub fn check_against_batch<S: Statistic>(
     statistic: &mut S,
     events: &[Event],
     mut compare: impl FnMut(&S, Decision, &[f64]),
@@ -64,7 +64,7 @@ fn check_against_batch<S: Statistic>(
     }
 }
 
-fn folded(sides: Sides, value: f64) -> f64 {
+pub fn folded(sides: Sides, value: f64) -> f64 {
     match sides {
         Sides::Upper => value,
         Sides::Lower => -value,
@@ -73,7 +73,7 @@ fn folded(sides: Sides, value: f64) -> f64 {
 }
 
 /// Rounding of sums in another order: 1e-12 of the sum of the moduli is thousands of roundings.
-fn assert_near(found: f64, expected: f64, moduli: f64) {
+pub fn assert_near(found: f64, expected: f64, moduli: f64) {
     let tolerance = 1e-12 * (1.0 + moduli);
     assert!(
         (found - expected).abs() <= tolerance,
@@ -82,7 +82,7 @@ fn assert_near(found: f64, expected: f64, moduli: f64) {
 }
 
 /// The last `len` of `samples`.
-fn last(samples: &[f64], len: usize) -> &[f64] {
+pub fn last(samples: &[f64], len: usize) -> &[f64] {
     &samples[samples.len().saturating_sub(len)..]
 }
 

@@ -25,8 +25,6 @@ use crate::record::{check_out, read_for, selection_for};
 
 /// Allowances for residuals of a model's own record beyond this are told.
 const NOTABLE_OPTIMISM: f64 = 1.02;
-/// The mean time between false alarms where nobody asks for another, in hours.
-const DEFAULT_ARL0_HOURS: f64 = 24.0;
 
 fn rule(args: &DesignArgs) -> Result<ThresholdRule, Failure> {
     let given = |default: usize| args.consecutive.unwrap_or(default);
@@ -39,18 +37,13 @@ fn rule(args: &DesignArgs) -> Result<ThresholdRule, Failure> {
             hours: parse_hours(time)?,
             consecutive: given(1),
         },
-        (None, None) => match (args.margin, args.statistic) {
-            (None, Some(statistic)) if statistic != Statistic::Threshold => {
-                ThresholdRule::MeanTimeBetweenFalseAlarms {
-                    hours: DEFAULT_ARL0_HOURS,
-                    consecutive: given(1),
-                }
-            }
-            (factor, _) => ThresholdRule::Margin {
-                factor: factor.unwrap_or(ThresholdRule::DEFAULT_MARGIN),
+        (None, None) => args.margin.map_or_else(
+            || statistic::name(args.statistic).default_rule(given(1)),
+            |factor| ThresholdRule::Margin {
+                factor,
                 consecutive: given(1),
             },
-        },
+        ),
     };
     rule.validate().map_err(|error| match error {
         FdiError::Option {

@@ -47,10 +47,7 @@ pub fn test_reports(bank: &Bank) -> Vec<TestReport<'_>> {
     bank.tests()
         .iter()
         .map(|test| {
-            let own = bank.generators().iter().find(|generator| {
-                let names = generator.outputs().iter().map(|signal| &signal.name);
-                names.eq(&test.outputs)
-            });
+            let own = bank.generator_of(test);
             let rates = &test.false_alarms;
             let whitening = test.evaluation.whitening.as_ref();
             TestReport {

@@ -3,14 +3,21 @@
 mod cusum;
 mod delay_bound;
 mod exceedance;
+mod markov;
 mod normal;
 mod quadrature;
 mod root;
+mod run_sum;
+mod shiryaev_roberts;
 mod simulation;
 
 pub use cusum::{CusumRunLength, MAX_CUSUM_THRESHOLD};
 pub use delay_bound::mean_delay_bound;
 pub use exceedance::{ExceedanceRunLength, MAX_CONSECUTIVE};
+pub use run_sum::{MAX_RUN_SUM_THRESHOLD, RunSumRunLength};
+pub use shiryaev_roberts::{
+    MAX_SHIRYAEV_ROBERTS_THRESHOLD, SHIRYAEV_ROBERTS_SHIFTS, ShiryaevRobertsRunLength,
+};
 pub use simulation::{MIN_ALARMS, SimulatedRunLength, SimulatedRuns};
 
 use crate::FdiError;

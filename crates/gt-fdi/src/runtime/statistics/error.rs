@@ -19,6 +19,55 @@ pub enum StatisticError {
         /// The value found.
         found: usize,
     },
+    /// A window is too short or too long for a statistic that needs several samples.
+    #[error("window: expected {shortest} to {longest} samples, found {found}")]
+    WindowRange {
+        /// The shortest window accepted, in samples.
+        shortest: usize,
+        /// The longest window accepted, in samples.
+        longest: usize,
+        /// The value found.
+        found: usize,
+    },
+    /// The lengths between which a window grows are not in order.
+    #[error(
+        "growing window: expected {least} <= shortest <= longest, found {shortest} and {longest} \
+         samples"
+    )]
+    Growth {
+        /// The smallest `shortest` accepted, in samples.
+        least: u64,
+        /// The shortest window given, in samples.
+        shortest: u64,
+        /// The longest window given, in samples.
+        longest: u64,
+    },
+    /// No lags, or more than the window or the statistic has.
+    #[error("lags: expected 1 to {most}, found {found}")]
+    Lags {
+        /// The most lags accepted.
+        most: usize,
+        /// The value found.
+        found: usize,
+    },
+    /// An option is out of its range.
+    #[error("option `{option}`: expected {expected}, found {found}")]
+    Option {
+        /// The option's name.
+        option: &'static str,
+        /// The range that is accepted.
+        expected: &'static str,
+        /// The value found.
+        found: f64,
+    },
+    /// Another number of inputs than the threshold was made for.
+    #[error("inputs of the sample: expected {expected}, found {found}")]
+    Inputs {
+        /// Inputs of the threshold.
+        expected: usize,
+        /// Inputs in the sample.
+        found: usize,
+    },
     /// An allowance is negative, NaN or infinite.
     #[error("allowance: expected a finite number not below 0, found {found}")]
     Allowance {

@@ -18,6 +18,16 @@ pub struct Decision {
 
 /// A decision on one residual with memory, judged against one threshold.
 ///
+/// | looks for | statistic |
+/// |---|---|
+/// | a step of about known size | [`Cusum`](super::Cusum), [`ShiryaevRoberts`](super::ShiryaevRoberts) |
+/// | a step or ramp of a range of sizes, with its onset and size | [`Glr`](super::Glr) |
+/// | a shift, by simple means | [`MovingAverage`](super::MovingAverage), [`RunSum`](super::RunSum) |
+/// | which of two means it is, once | [`Sprt`](super::Sprt) |
+/// | more energy | [`WindowedChiSquare`](super::WindowedChiSquare), [`GrowingChiSquare`](super::GrowingChiSquare) |
+/// | more or less noise | [`WindowedVariance`](super::WindowedVariance), [`GrowingVariance`](super::GrowingVariance) |
+/// | a model that no longer fits | [`Whiteness`](super::Whiteness) |
+///
 /// Residuals are whitened and in units of their healthy standard deviation. Steps take a bounded
 /// time and allocate nothing. States are values: they compare, clone and pass through serde without
 /// losing a bit, and go on as if nothing had happened.
@@ -26,8 +36,8 @@ pub struct Decision {
 ///   for windows and onsets, is the number of samples that were not missing.
 /// - **Huge samples.** A residual beyond [`LARGEST_SAMPLE`] counts as that, so that no sum
 ///   overflows.
-/// - **Start.** Windows that are not yet full hold zeros (averages) or are not looked at (likelihood
-///   ratios).
+/// - **Start.** Windows that are not yet full hold zeros (averages, sums of squares) or are not
+///   looked at (likelihood ratios, variances, correlations): then the value is 0.
 /// - **Alarm.** It is up while the value is above the threshold; nothing resets by itself.
 pub trait Statistic {
     /// Takes the residual `r` (in standard deviations) into account.

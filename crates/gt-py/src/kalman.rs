@@ -1,0 +1,191 @@
+//! `kalman`: the steady Kalman filter of a model as a residual generator.
+
+use gtfdi::core::{OperatingPoint, StateSpace};
+use gtfdi::fdi::{KalmanFilter, NoiseCovariance, ResidualGenerator};
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyType};
+
+use crate::array::{json_text, json_value, matrix_out, pair_out, samples_out, vector};
+use crate::dataset::names;
+use crate::error::Failure;
+use crate::observer::{Model, model_and_point};
+use crate::record::Given;
+use crate::state_space::PyStateSpace;
+
+/// A steady Kalman filter; ``gtfdi.kalman`` makes one.
+#[pyclass(frozen, eq, name = "KalmanFilter", module = "gtfdi")]
+#[derive(PartialEq)]
+pub struct PyKalmanFilter {
+    inner: ResidualGenerator,
+}
+
+impl PyKalmanFilter {
+    /// The filter behind the generator, whose noise a file or a call has given.
+    fn filter(&self) -> Result<KalmanFilter, Failure> {
+        let noise = self.inner.noise().ok_or_else(|| Failure::Refusal {
+            option: "noise",
+            reason: "expected that of a Kalman filter, found the poles of an observer".to_owned(),
+        })?;
+        let model = self.inner.model().clone();
+        Ok(KalmanFilter::new(model, noise.clone())?)
+    }
+}
+
+#[pymethods]
+impl PyKalmanFilter {
+    /// The innovations of a record, an array (N, ny) in the units of the outputs, from the initial
+    /// state zero; the first ``settle_samples`` of them hold the initial transient. A sample
+    /// without a valid input or output gives NaN.
+    ///
+    /// Examples
+    /// --------
+    /// >>> gtfdi.kalman(model.output_model(0), [0.0, 0.0], [0.01]).innovations(u, y).shape
+    /// (7500, 1)
+    #[pyo3(signature = (u, y=None))]
+    fn innovations<'py>(
+        &self,
+        u: &Bound<'py, PyAny>,
+        y: Option<&Bound<'py, PyAny>>,
+    ) -> Result<Bound<'py, PyArray2<f64>>, Failure> {
+        let model = self.inner.model();
+        let given = Given::new(u, y)?;
+        let data = given.known(model.inputs(), model.outputs(), model.sample_time_s())?;
+        let residuals = u.py().detach(|| self.inner.residuals(&data))?;
+        Ok(samples_out(u.py(), residuals)?)
+    }
+
+    /// The gain that corrects the state one step ahead, an array (nx, ny).
+    #[getter]
+    fn predictor_gain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix_out(py, self.inner.gain())
+    }
+
+    /// The gain that corrects the state now, an array (nx, ny).
+    #[getter]
+    fn filter_gain<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray2<f64>>, Failure> {
+        Ok(matrix_out(py, self.filter()?.filter_gain())?)
+    }
+
+    /// The covariance of the innovations under the noise, an array (ny, ny).
+    #[getter]
+    fn innovation_covariance<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> Result<Bound<'py, PyArray2<f64>>, Failure> {
+        Ok(matrix_out(py, &self.filter()?.innovation_covariance())?)
+    }
+
+    /// The covariance P of the error of the predicted state, an array (nx, nx).
+    #[getter]
+    fn predicted_covariance<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> Result<Bound<'py, PyArray2<f64>>, Failure> {
+        Ok(matrix_out(py, &self.filter()?.riccati().p)?)
+    }
+
+    /// Spectral radius of ``A - K C``.
+    #[getter]
+    fn spectral_radius(&self) -> Result<f64, Failure> {
+        Ok(self.filter()?.riccati().spectral_radius)
+    }
+
+    /// Samples after which a wrong initial state is forgotten.
+    #[getter]
+    fn settle_samples(&self) -> usize {
+        self.inner.settle_samples()
+    }
+
+    /// The model (StateSpace).
+    #[getter]
+    fn model(&self) -> PyStateSpace {
+        PyStateSpace {
+            inner: self.inner.model().clone(),
+        }
+    }
+
+    /// The operating point, a dictionary of arrays ``u`` and ``y``.
+    #[getter]
+    fn point<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let point = self.inner.point();
+        pair_out(py, &point.u, &point.y)
+    }
+
+    /// The filter as JSON.
+    fn to_json(&self) -> Result<String, Failure> {
+        json_text("filter", &self.inner)
+    }
+
+    /// A filter from the JSON that ``to_json`` gave; it is checked.
+    #[classmethod]
+    fn from_json(_class: &Bound<'_, PyType>, text: &str) -> Result<Self, Failure> {
+        let filter = Self {
+            inner: json_value("filter", text)?,
+        };
+        filter.filter()?;
+        Ok(filter)
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<(Bound<'py, PyAny>, (String,)), Failure> {
+        Ok((
+            slf.get_type().getattr("from_json")?,
+            (slf.get().to_json()?,),
+        ))
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "KalmanFilter(outputs: {}, inputs: {})",
+            names(self.inner.outputs()).join(", "),
+            names(self.inner.inputs()).join(", "),
+        )
+    }
+}
+
+/// Designs the steady Kalman filter of a model whose measured inputs and outputs have white noise.
+///
+/// With noise on the inputs the state's and the outputs' noise are correlated through the direct
+/// term, which the design allows for; the innovations are white under the noise given.
+///
+/// Parameters
+/// ----------
+/// model : StateSpace or OutputModel
+///     A model; of several outputs they are filtered together.
+/// input_variances, output_variances : array_like, shapes (nu,) and (ny,)
+///     Variances of the noise of each channel, in squared units; those of an EivModel are in its
+///     ``noise_variances``.
+/// point : tuple of array_like, optional
+///     Operating point ``(u0, y0)``; that of the OutputModel, or zero.
+///
+/// Returns
+/// -------
+/// KalmanFilter
+///
+/// Raises
+/// ------
+/// DesignError
+///     A variance is negative, or the model has no stabilising filter for this noise.
+///
+/// Examples
+/// --------
+/// >>> filter = gtfdi.kalman(model.output_model("q_c"), [1e-4, 1e-6], [0.01])
+/// >>> filter.predictor_gain.shape
+/// (9, 1)
+#[pyfunction]
+#[pyo3(signature = (model, input_variances, output_variances, point=None))]
+pub fn kalman(
+    model: Model<'_>,
+    input_variances: &Bound<'_, PyAny>,
+    output_variances: &Bound<'_, PyAny>,
+    point: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+) -> Result<PyKalmanFilter, Failure> {
+    let (model, point): (StateSpace, OperatingPoint) = model_and_point(model, point)?;
+    let inputs = vector(input_variances, "input_variances")?;
+    let outputs = vector(output_variances, "output_variances")?;
+    let noise =
+        NoiseCovariance::errors_in_variables(&model, inputs.as_slice(), outputs.as_slice())?;
+    Ok(PyKalmanFilter {
+        inner: ResidualGenerator::kalman(model, point, noise)?,
+    })
+}
