@@ -3,7 +3,7 @@
 use gt_core::{DataError, DimensionError, ModelError};
 use thiserror::Error;
 
-use crate::design::FilterError;
+use crate::design::{FilterError, PlacementError, SearchError};
 use crate::runtime::{StatisticError, StepError};
 
 /// Why a generator, a threshold, a bank or a signature cannot be made or used.
@@ -27,6 +27,12 @@ pub enum FdiError {
     /// A covariance, a Riccati equation or a Kalman filter cannot be used.
     #[error(transparent)]
     Filter(#[from] FilterError),
+    /// Poles cannot be placed.
+    #[error(transparent)]
+    Placement(#[from] PlacementError),
+    /// Poles cannot be searched for.
+    #[error(transparent)]
+    Search(#[from] SearchError),
     /// The model has another number of outputs than one.
     #[error("outputs of the model: expected 1 (one observer an output), found {found}")]
     OutputCount {
@@ -46,7 +52,7 @@ pub enum FdiError {
     PoleOutside {
         /// 0-based position in the list.
         index: usize,
-        /// The pole.
+        /// The pole, the modulus of a complex one.
         found: f64,
     },
     /// The output does not determine the state, so its observer's poles cannot be chosen.

@@ -40,6 +40,13 @@ pub use design::{
     mean_delay_bound, place, signature,
 };
 #[cfg(feature = "design")]
+pub use design::{
+    Attempt, Criterion, DataBound, EnergyRatio, ObserverDesign, PoleSearch, RecordPair,
+    SearchError, SearchMethod, Sections, Start,
+};
+#[cfg(feature = "design")]
+pub use design::{PlacementError, SchurPlacement, StabilityBound, place_complex};
+#[cfg(feature = "design")]
 pub use error::FdiError;
 pub use runtime::{
     AdaptiveThreshold, GrowingChiSquare, GrowingVariance, Growth, RunSum, ShiryaevRoberts,

@@ -1,13 +1,14 @@
 //! The residual generator: an output observer round its operating point.
 
 use gt_core::{Dataset, DimensionError, OperatingPoint, Signal, StateSpace, stored_matrix};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::channels::Channels;
 use super::kalman::KalmanFilter;
 use super::noise::NoiseCovariance;
-use super::observer::{check_poles, check_single_output, place};
+use super::observer::check_single_output;
+use super::placement::PlacedPoles;
 use super::settling::{settling, spectral_radius};
 use crate::FdiError;
 use crate::runtime::{Generator, Matrices};
@@ -36,7 +37,7 @@ pub struct ResidualGenerator {
     model: StateSpace,
     gain: DMatrix<f64>,
     point: OperatingPoint,
-    poles: Vec<f64>,
+    poles: PlacedPoles,
     #[serde(skip_serializing_if = "Option::is_none")]
     noise: Option<NoiseCovariance>,
     #[serde(skip)]
@@ -51,7 +52,7 @@ struct Unchecked {
     #[serde(deserialize_with = "stored_matrix")]
     gain: DMatrix<f64>,
     point: OperatingPoint,
-    poles: Vec<f64>,
+    poles: PlacedPoles,
     #[serde(default)]
     noise: Option<NoiseCovariance>,
 }
@@ -66,11 +67,11 @@ impl TryFrom<Unchecked> for ResidualGenerator {
             check_single_output(&raw.model)?;
             raw.model.nx()
         };
-        check_poles(placed, &raw.poles)?;
+        raw.poles.check(placed)?;
         let read = Self::checked(raw.model, raw.gain, raw.point, raw.poles, raw.noise)?;
         let (design, designed) = match &read.noise {
             Some(noise) => ("noise", innovation_gain(&read.model, noise)?),
-            None => ("poles", column(&place(&read.model, &read.poles)?)),
+            None => ("poles", column(&read.poles.place(&read.model)?)),
         };
         let scale = designed.amax().max(f64::MIN_POSITIVE);
         let difference = (&designed - &read.gain).map(|value| value.abs() / scale);
@@ -92,15 +93,35 @@ impl ResidualGenerator {
     /// The output observer of a model with one output, with the poles of `A - K C` as given.
     ///
     /// # Errors
-    /// As [`place`]; besides when the operating point has other sizes than the model, a signal is
+    /// As [`place`](super::place); besides when the operating point has other sizes than the model, a signal is
     /// named twice, or the observer does not settle within [`MAX_SETTLE_SAMPLES`].
     pub fn observer(
         model: StateSpace,
         point: OperatingPoint,
         poles: &[f64],
     ) -> Result<Self, FdiError> {
-        let gain = column(&place(&model, poles)?);
-        Self::checked(model, gain, point, poles.to_vec(), None)
+        Self::placed(model, point, PlacedPoles::Real(poles.to_vec()))
+    }
+
+    /// As [`ResidualGenerator::observer`], of poles that may also be pairs of complex ones.
+    ///
+    /// # Errors
+    /// As [`place_complex`](super::place_complex), else as [`ResidualGenerator::observer`].
+    pub fn observer_complex(
+        model: StateSpace,
+        point: OperatingPoint,
+        poles: &[Complex<f64>],
+    ) -> Result<Self, FdiError> {
+        Self::placed(model, point, PlacedPoles::new(poles))
+    }
+
+    fn placed(
+        model: StateSpace,
+        point: OperatingPoint,
+        poles: PlacedPoles,
+    ) -> Result<Self, FdiError> {
+        let gain = column(&poles.place(&model)?);
+        Self::checked(model, gain, point, poles, None)
     }
 
     /// The steady Kalman filter of a model as an output observer: the gain is
@@ -115,14 +136,15 @@ impl ResidualGenerator {
         noise: NoiseCovariance,
     ) -> Result<Self, FdiError> {
         let gain = innovation_gain(&model, &noise)?;
-        Self::checked(model, gain, point, Vec::new(), Some(noise))
+        let poles = PlacedPoles::Real(Vec::new());
+        Self::checked(model, gain, point, poles, Some(noise))
     }
 
     fn checked(
         model: StateSpace,
         gain: DMatrix<f64>,
         point: OperatingPoint,
-        poles: Vec<f64>,
+        poles: PlacedPoles,
         noise: Option<NoiseCovariance>,
     ) -> Result<Self, FdiError> {
         DimensionError::check("rows of the gain (states)", model.nx(), gain.nrows())?;
@@ -186,9 +208,15 @@ impl ResidualGenerator {
         &self.point
     }
 
-    /// The poles that were asked for (nx); none of a Kalman filter, which chooses its own.
+    /// The poles that were asked for (nx) when all are real, else none, for which see
+    /// [`ResidualGenerator::complex_poles`]; none of a Kalman filter, which chooses its own.
     pub fn poles(&self) -> &[f64] {
-        &self.poles
+        self.poles.real()
+    }
+
+    /// The poles that were asked for (nx), real ones among them; none of a Kalman filter.
+    pub fn complex_poles(&self) -> Vec<Complex<f64>> {
+        self.poles.complex()
     }
 
     /// The noise that the gain is optimal for, of a Kalman filter.

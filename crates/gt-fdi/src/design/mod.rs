@@ -30,6 +30,8 @@ mod kalman;
 mod mean_time;
 mod noise;
 mod observer;
+mod optimise;
+mod placement;
 mod residual_test;
 mod riccati;
 mod run_length;
@@ -51,7 +53,13 @@ pub use innovation::Innovation;
 pub use kalman::{FilterRun, KalmanFilter};
 pub use mean_time::{MeanTime, SUPPORTED_FACTOR};
 pub use noise::{DEFINITENESS_TOLERANCE, NoiseCovariance, SYMMETRY_TOLERANCE};
+pub use observer::place_complex;
 pub use observer::{MAX_OBSERVABILITY_CONDITION, place};
+pub use optimise::{
+    Attempt, Criterion, DataBound, EnergyRatio, ObserverDesign, PoleSearch, RecordPair,
+    SearchError, SearchMethod, Sections, Start,
+};
+pub use placement::{PlacementError, SchurPlacement, StabilityBound};
 pub use residual_test::{Evaluation, ResidualTest};
 pub use riccati::{MAX_CLOSED_LOOP_RADIUS, MAX_DOUBLINGS, MAX_RICCATI_RESIDUAL, Riccati};
 pub use run_length::{

@@ -1,8 +1,9 @@
 //! Pole placement for one output.
 
 use gt_core::StateSpace;
-use nalgebra::{DMatrix, DVector, SVD};
+use nalgebra::{Complex, DMatrix, DVector, SVD};
 
+use super::placement;
 use crate::FdiError;
 
 /// The largest condition of the observability matrix at which poles are placed: beyond it, fewer
@@ -13,7 +14,8 @@ pub const MAX_OBSERVABILITY_CONDITION: f64 = 1e12;
 const SVD_ITERATIONS: usize = 10_000;
 
 /// The gain `K (nx)` that gives `A - K C` the eigenvalues `poles`, for a model with one output
-/// (the paper's eq. 22). Poles are real, inside the unit circle, and may repeat.
+/// (the paper's eq. 22). Poles are real, inside the unit circle, and may repeat;
+/// [`place_complex`] also takes pairs of complex poles.
 ///
 /// In observable canonical coordinates `O x`, `O = [C; C A; ...; C A^(nx-1)]`, the rows of the gain
 /// are its Markov parameters `C A^k K`. With `p` the monic characteristic polynomial of A and `d`
@@ -26,35 +28,83 @@ const SVD_ITERATIONS: usize = 10_000;
 pub fn place(model: &StateSpace, poles: &[f64]) -> Result<DVector<f64>, FdiError> {
     check_single_output(model)?;
     check_poles(model.nx(), poles)?;
-    let nx = model.nx();
-    if nx == 0 {
+    place_polynomial(model, &polynomial(poles))
+}
+
+/// As [`place`], of poles (nx) of which each that is not real has its complex conjugate in the
+/// list, bit for bit; both may repeat.
+///
+/// # Errors
+/// As [`place`], where the modulus stands for a pole outside the unit circle; besides
+/// [`PlacementError::Unpaired`](super::PlacementError::Unpaired).
+pub fn place_complex(model: &StateSpace, poles: &[Complex<f64>]) -> Result<DVector<f64>, FdiError> {
+    check_single_output(model)?;
+    placement::check_complex(model.nx(), poles)?;
+    place_polynomial(model, &placement::polynomial(poles)?)
+}
+
+/// The gain that gives `|zI - A + K C|` these coefficients, that of `z^l` at index `l`.
+fn place_polynomial(model: &StateSpace, desired: &[f64]) -> Result<DVector<f64>, FdiError> {
+    if model.nx() == 0 {
         return Ok(DVector::zeros(0));
     }
-    let unobservable = |condition| FdiError::Unobservable {
+    let Canonical {
+        observability,
+        polynomial: actual,
+    } = Canonical::of(model)?;
+    let markov = canonical_gain(&actual, desired);
+    match observability.lu().solve(&markov) {
+        Some(gain) if gain.iter().all(|value| value.is_finite()) => Ok(gain),
+        _ => Err(unobservable(model, f64::INFINITY)),
+    }
+}
+
+/// The observable canonical form of a model with one output.
+pub(super) struct Canonical {
+    /// `[C; C A; ...; C A^(nx-1)] (nx x nx)`.
+    observability: DMatrix<f64>,
+    /// Coefficients of `|zI - A|`, that of `z^l` at index `l` (nx + 1).
+    pub(super) polynomial: Vec<f64>,
+}
+
+impl Canonical {
+    /// Fails when the state is not observable to within [`MAX_OBSERVABILITY_CONDITION`].
+    pub(super) fn of(model: &StateSpace) -> Result<Self, FdiError> {
+        let nx = model.nx();
+        let mut observability = DMatrix::zeros(nx, nx);
+        if nx == 0 {
+            return Ok(Self {
+                observability,
+                polynomial: vec![1.0],
+            });
+        }
+        let mut row = model.c().clone();
+        for k in 0..nx {
+            observability.set_row(k, &row.row(0));
+            row *= model.a();
+        }
+        let condition = condition(&observability);
+        if condition > MAX_OBSERVABILITY_CONDITION || !row.iter().all(|value| value.is_finite()) {
+            return Err(unobservable(model, condition));
+        }
+        // Cayley and Hamilton: C A^nx = -sum_l p[l] C A^l.
+        let Some(combination) = observability.transpose().lu().solve(&row.transpose()) else {
+            return Err(unobservable(model, f64::INFINITY));
+        };
+        let mut polynomial: Vec<f64> = combination.iter().map(|value| -value).collect();
+        polynomial.push(1.0);
+        Ok(Self {
+            observability,
+            polynomial,
+        })
+    }
+}
+
+fn unobservable(model: &StateSpace, condition: f64) -> FdiError {
+    FdiError::Unobservable {
         output: model.outputs()[0].name.clone(),
         condition,
         limit: MAX_OBSERVABILITY_CONDITION,
-    };
-    let mut observability = DMatrix::zeros(nx, nx);
-    let mut row = model.c().clone();
-    for k in 0..nx {
-        observability.set_row(k, &row.row(0));
-        row *= model.a();
-    }
-    let condition = condition(&observability);
-    if condition > MAX_OBSERVABILITY_CONDITION || !row.iter().all(|value| value.is_finite()) {
-        return Err(unobservable(condition));
-    }
-    // Cayley and Hamilton: C A^nx = -sum_l p[l] C A^l.
-    let Some(combination) = observability.transpose().lu().solve(&row.transpose()) else {
-        return Err(unobservable(f64::INFINITY));
-    };
-    let mut actual: Vec<f64> = combination.iter().map(|value| -value).collect();
-    actual.push(1.0);
-    let markov = canonical_gain(&actual, &polynomial(poles));
-    match observability.lu().solve(&markov) {
-        Some(gain) if gain.iter().all(|value| value.is_finite()) => Ok(gain),
-        _ => Err(unobservable(f64::INFINITY)),
     }
 }
 
@@ -106,12 +156,7 @@ pub(super) fn check_single_output(model: &StateSpace) -> Result<(), FdiError> {
 
 /// Refuses a wrong number of poles, and poles that are not inside the unit circle.
 pub(super) fn check_poles(nx: usize, poles: &[f64]) -> Result<(), FdiError> {
-    if poles.len() != nx {
-        return Err(FdiError::PoleCount {
-            expected: nx,
-            found: poles.len(),
-        });
-    }
+    check_pole_count(nx, poles.len())?;
     let outside = |pole: &f64| {
         !matches!(
             pole.abs().partial_cmp(&1.0),
@@ -125,4 +170,15 @@ pub(super) fn check_poles(nx: usize, poles: &[f64]) -> Result<(), FdiError> {
         }),
         None => Ok(()),
     }
+}
+
+/// Refuses a wrong number of poles.
+pub(super) fn check_pole_count(nx: usize, found: usize) -> Result<(), FdiError> {
+    if found == nx {
+        return Ok(());
+    }
+    Err(FdiError::PoleCount {
+        expected: nx,
+        found,
+    })
 }

@@ -11,11 +11,19 @@ mod bank;
 #[cfg(test)]
 mod calibration;
 #[cfg(test)]
+mod complex_poles;
+#[cfg(test)]
+mod data_bound;
+#[cfg(test)]
 mod delay_bound;
 #[cfg(test)]
 mod detector;
 #[cfg(test)]
 mod detector_state;
+#[cfg(test)]
+mod energy_ratio;
+#[cfg(test)]
+mod equation_error;
 #[cfg(test)]
 mod exceedance_run_length;
 #[cfg(test)]
@@ -35,6 +43,10 @@ mod kalman;
 #[cfg(test)]
 mod observer;
 #[cfg(test)]
+mod placement;
+#[cfg(test)]
+mod pole_search;
+#[cfg(test)]
 mod residual_test;
 #[cfg(test)]
 mod riccati;
@@ -52,6 +64,8 @@ mod simulation;
 mod statistic_state;
 #[cfg(test)]
 mod statistics;
+#[cfg(test)]
+mod toys;
 #[cfg(test)]
 mod whiteness;
 #[cfg(test)]
