@@ -22,6 +22,7 @@ __all__ = [
     "FrischOrderTable",
     "IndexTable",
     "Observer",
+    "ObserverDesign",
     "OrderTable",
     "OutputErrorRefinement",
     "OutputModel",
@@ -43,6 +44,7 @@ __all__ = [
     "frisch_order_table",
     "index_table",
     "observer",
+    "optimise_observer",
     "order_table",
     "read",
     "simulate",
@@ -55,7 +57,7 @@ __version__: str
 _Path: TypeAlias = str | PathLike[str]
 _Names: TypeAlias = str | Sequence[str]
 _Numbers: TypeAlias = int | Sequence[int]
-_Poles: TypeAlias = float | Sequence[float]
+_Poles: TypeAlias = complex | Sequence[complex] | NDArray[np.number]
 _Structure: TypeAlias = Literal["canonical", "full", "diag"]
 _Order: TypeAlias = int | tuple[int, int] | Literal["auto"]
 _Centre: TypeAlias = Literal["means", "zero"] | tuple[ArrayLike, ArrayLike]
@@ -276,6 +278,7 @@ class _ResidualTest(TypedDict):
     output: str
     outputs: list[str]
     poles: list[float]
+    complex_poles: list[list[float]]
     statistic: dict[str, Any]
     whitening_order: int | None
     limit: float
@@ -735,7 +738,7 @@ class Observer:
     @property
     def gain(self) -> _Doubles: ...
     @property
-    def poles(self) -> _Doubles: ...
+    def poles(self) -> _Doubles | NDArray[np.complex128]: ...
     @property
     def settle_samples(self) -> int: ...
     @property
@@ -745,6 +748,34 @@ class Observer:
     def to_json(self) -> str: ...
     @classmethod
     def from_json(cls, text: str) -> Observer: ...
+
+@final
+class ObserverDesign:
+    @property
+    def poles(self) -> NDArray[np.complex128]: ...
+    @property
+    def observer(self) -> Observer: ...
+    @property
+    def criterion(self) -> Literal["fault-energy", "paper"]: ...
+    @property
+    def radius(self) -> float: ...
+    @property
+    def v(self) -> float: ...
+    @property
+    def v_validation(self) -> float | None: ...
+    @property
+    def bound(self) -> float: ...
+    @property
+    def bound_validation(self) -> float | None: ...
+    @property
+    def evaluations(self) -> int: ...
+    @property
+    def start(self) -> dict[str, Any]: ...
+    @property
+    def attempts(self) -> list[dict[str, Any]]: ...
+    def to_json(self) -> str: ...
+    @classmethod
+    def from_json(cls, text: str) -> ObserverDesign: ...
 
 @final
 class KalmanFilter:
@@ -999,6 +1030,22 @@ def observer(
     poles: _Poles,
     point: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> Observer: ...
+def optimise_observer(
+    model: StateSpace | OutputModel,
+    pairs: Sequence[tuple[_Healthy, _Healthy]],
+    validation: Sequence[tuple[_Healthy, _Healthy]] = (),
+    *,
+    criterion: Literal["fault-energy", "paper"] = "fault-energy",
+    method: Literal["descent", "evolution"] = "descent",
+    radius: float = 0.97,
+    skip_samples: int = 0,
+    diagonal_starts: int = 9,
+    random_starts: int = 20,
+    seed: int = 0,
+    bound_pole: float = 0.9,
+    bound_functions: int = 8,
+    point: tuple[ArrayLike, ArrayLike] | None = None,
+) -> ObserverDesign: ...
 def kalman(
     model: StateSpace | OutputModel,
     input_variances: ArrayLike,

@@ -66,6 +66,32 @@ def test_prop_observer_of_the_true_system_sees_nothing(random_record):
     assert np.array_equal(observer.point["u"], [1.0, -2.0])
 
 
+def test_observers_take_pairs_of_complex_poles(model, records):
+    poles = [0.6 + 0.3j, 0.6 - 0.3j, 0.5, np.complex128(0.2j), -0.2j, 0.1, -0.3, np.float32(0.25)]
+    observer = gtfdi.observer(model.output_model("q_c"), poles)
+    assert observer.poles.dtype == complex
+    assert np.array_equal(observer.poles, poles)
+    part = observer.model
+    placed = np.linalg.eigvals(part.A - np.outer(observer.gain, part.C[0]))
+    assert np.allclose(np.poly(placed), np.poly(poles).real, rtol=0.0, atol=1e-9)
+    assert "0.6+0.3j, 0.6-0.3j, 0.5, " in repr(observer)
+    copy = pickle.loads(pickle.dumps(observer))
+    assert copy == observer
+    assert np.array_equal(copy.poles, poles)
+    # Without an imaginary part they are real, as ever.
+    real = gtfdi.observer(model.output_model("q_c"), np.full(8, 0.5 + 0.0j))
+    assert real.poles.dtype == float
+    assert real == gtfdi.observer(model.output_model("q_c"), 0.5)
+    bank = gtfdi.design(model, records[:2], poles={"q_c": poles})
+    (report,) = bank.detectors
+    assert report["poles"] == []
+    assert [complex(*pole) for pole in report["complex_poles"]] == poles
+    residuals = bank.detect(records[2]).residuals[:, 0]
+    assert np.array_equal(residuals, observer.residual(records[2]))
+    with pytest.raises(gtfdi.DesignError, match=r"^pole 0, 0.5\+0.1i: expected its complex conj"):
+        gtfdi.observer(model.output_model("q_c"), 0.5 + 0.1j)
+
+
 def test_observer_refuses_poles():
     system = gtfdi.StateSpace([[0.0, 1.0], [-0.5, 1.0]], [[1.0], [1.0]], [[1.0, 0.0]], [[0.0]], 0.1)
     with pytest.raises(gtfdi.DesignError, match="^pole 1: expected a modulus below 1, found 1.2$"):

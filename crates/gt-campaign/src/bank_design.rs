@@ -1,13 +1,14 @@
 //! From a model to the generators and tests of a bank: what the verb `design` and the Python
 //! function of the same name share.
 
-use gtfdi::core::Dataset;
+use gtfdi::core::{Dataset, Signal};
 use gtfdi::fdi::{
-    FdiError, NoiseCovariance, ResidualGenerator, ResidualTest, StatisticKind, ThresholdRule,
+    FdiError, NoiseCovariance, ObserverDesign, PoleSearch, RecordPair, ResidualGenerator,
+    ResidualTest, StatisticKind, ThresholdRule,
 };
 use gtfdi::ident::eiv::EivModel;
 use gtfdi::ident::{ArxModel, ArxRow, Channel, OutputModel};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, Dyn, MatrixView, U1};
 use rayon::prelude::*;
 
 /// The name of the test that watches all outputs together.
@@ -36,7 +37,10 @@ pub struct TestPlan {
     pub watch: Watch,
 }
 
-/// A refusal of a test, with its name.
+/// A row of a matrix.
+type RowView<'a> = MatrixView<'a, f64, U1, Dyn, U1, Dyn>;
+
+/// A refusal of a test, with its name, or of an observer, with that of its output.
 pub type Refusal = (String, FdiError);
 
 /// The Kalman filter of one output's row of a model, `part`, as a residual generator: for the
@@ -72,6 +76,58 @@ pub fn kalman_generator(
     let own = [outputs[output].variance];
     let covariance = NoiseCovariance::errors_in_variables(&part.model, &inputs, &own)?;
     ResidualGenerator::kalman(part.model, part.point, covariance)
+}
+
+/// Searches the poles of the observers of `parts`, one an output of a model, each by the same pairs
+/// of records; `None` for an output whose observer reads no channel that a fault of the training
+/// pairs changes. Validation pairs do not count where none of them changes such a channel.
+///
+/// # Errors
+/// As [`PoleSearch::design`], with the name of the output.
+pub fn search_observers(
+    search: &PoleSearch,
+    parts: &[OutputModel],
+    training: &[RecordPair],
+    validation: &[RecordPair],
+) -> Result<Vec<Option<ObserverDesign>>, Refusal> {
+    let reached = |part: &OutputModel, pairs: &[RecordPair]| {
+        let signals = part.model.inputs().iter().chain(part.model.outputs());
+        let mut names = signals.map(|signal| signal.name.as_str());
+        names.any(|name| pairs.iter().any(|pair| differs(pair, name)))
+    };
+    parts
+        .par_iter()
+        .map(|part| {
+            if !reached(part, training) {
+                return Ok(None);
+            }
+            let validation = if reached(part, validation) {
+                validation
+            } else {
+                &[]
+            };
+            let found = search.design(&part.model, &part.point, training, validation);
+            let name = || part.model.outputs()[0].name.clone();
+            found.map(Some).map_err(|error| (name(), error))
+        })
+        .collect()
+}
+
+/// Whether a channel has other samples in the faulty record of a pair, or is missing in one.
+fn differs(pair: &RecordPair, name: &str) -> bool {
+    let (healthy, faulty) = (channel(pair.healthy, name), channel(pair.faulty, name));
+    let (Some(healthy), Some(faulty)) = (healthy, faulty) else {
+        return true;
+    };
+    let bits = |value: &f64| value.to_bits();
+    !healthy.iter().map(bits).eq(faulty.iter().map(bits))
+}
+
+/// The samples of a channel.
+fn channel<'a>(data: &'a Dataset, name: &str) -> Option<RowView<'a>> {
+    let position = |signals: &[Signal]| signals.iter().position(|signal| signal.name == name);
+    let input = position(data.inputs()).map(|index| data.u().row(index));
+    input.or_else(|| position(data.outputs()).map(|index| data.y().row(index)))
 }
 
 /// How much larger the residuals of new records are than those of the record that a model was

@@ -13,7 +13,9 @@ pub mod report;
 mod reproduce;
 mod statistic_choice;
 
-pub use bank_design::{JOINT_TEST, Refusal, TestPlan, Watch, in_sample_optimism, kalman_generator};
+pub use bank_design::{
+    JOINT_TEST, Refusal, TestPlan, Watch, in_sample_optimism, kalman_generator, search_observers,
+};
 pub use error::CampaignError;
 pub use progress::{Progress, Silent};
 pub use reproduce::tables;

@@ -13,6 +13,7 @@ use gtfdi::fdi::{
 };
 use gtfdi::ident::ArxModel;
 use gtfdi::ident::eiv::EivModel;
+use nalgebra::Complex;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
@@ -23,7 +24,7 @@ use crate::arx_model::PyArxModel;
 use crate::detector::PyDetector;
 use crate::eiv_model::PyEivModel;
 use crate::error::Failure;
-use crate::observer::Poles;
+use crate::poles::Poles;
 use crate::record::Given;
 
 /// A bank of residual generators and of tests on their residuals; ``gtfdi.design`` makes one.
@@ -39,6 +40,7 @@ struct DetectorReport<'a> {
     output: &'a str,
     outputs: &'a [String],
     poles: &'a [f64],
+    complex_poles: Vec<Complex<f64>>,
     statistic: &'a StatisticKind,
     whitening_order: Option<usize>,
     limit: f64,
@@ -87,9 +89,11 @@ impl PyBank {
         self.inner.sample_time_s()
     }
 
-    /// A dictionary for each test: ``output`` (its name), ``outputs``, ``poles`` (empty
-    /// where it reads several generators, or Kalman filters), ``statistic``, ``whitening_order``, ``limit``, ``consecutive``, ``settle_samples`` and ``false_alarms``,
-    /// which were counted when the limit was set.
+    /// A dictionary for each test: ``output`` (its name), ``outputs``, ``poles`` (empty where some
+    /// are complex, or it reads several generators, or Kalman filters), ``complex_poles`` (``[re,
+    /// im]`` each, where some are complex), ``statistic``, ``whitening_order``, ``limit``,
+    /// ``consecutive``, ``settle_samples`` and ``false_alarms``, which were counted when the limit
+    /// was set.
     #[getter]
     fn detectors<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
         let report = |test: &ResidualTest| {
@@ -102,6 +106,9 @@ impl PyBank {
                     output: &test.name,
                     outputs: &test.outputs,
                     poles: own.map_or(&[], ResidualGenerator::poles),
+                    complex_poles: own
+                        .filter(|generator| generator.poles().is_empty())
+                        .map_or_else(Vec::new, ResidualGenerator::complex_poles),
                     statistic: &test.evaluation.statistic,
                     whitening_order: whitening.map(Whitening::order),
                     limit: test.threshold.limit,
@@ -287,7 +294,7 @@ impl Model<'_> {
 #[derive(FromPyObject)]
 pub enum Placement {
     /// For every output.
-    #[pyo3(annotation = "float or list of float")]
+    #[pyo3(annotation = "float or list of float or complex")]
     Common(Poles),
     /// By tag; outputs that are not named keep the default.
     #[pyo3(annotation = "dict")]
@@ -359,9 +366,10 @@ fn word<T: Copy>(
 /// watch : str, optional
 ///     ``"outputs"``: a test an output. ``"joint"``: one test on the norm of all residuals whitened
 ///     among themselves. ``"both"``.
-/// poles : float, list of float or dict, optional
-///     Of observers: one pole for all states, one a state, or either by tag. By default the paper's
-///     0.7, 0.3, 0.4, 0.4 for q_c, t3, p7, m9 and 0.5 for any other tag.
+/// poles : float, list of float or complex, or dict, optional
+///     Of observers: one pole for all states, one a state, or either by tag; complex ones together
+///     with their conjugates. By default the paper's 0.7, 0.3, 0.4, 0.4 for q_c, t3, p7, m9 and 0.5
+///     for any other tag. ``optimise_observer`` finds better ones.
 /// window : int, optional
 ///     Samples: of ``"moving-average"`` (125) or ``"chi2"`` (25), the longest of ``"glr"`` (4096).
 /// allowance : float, optional
@@ -489,10 +497,10 @@ pub fn design(
                 None => None,
             };
             let places = places.map_or_else(
-                || vec![paper::default_pole(&output.name); nx],
+                || vec![Complex::from(paper::default_pole(&output.name)); nx],
                 |poles| poles.of(nx),
             );
-            let observer = ResidualGenerator::observer(part.model, part.point, &places)?;
+            let observer = ResidualGenerator::observer_complex(part.model, part.point, &places)?;
             generators.push(observer);
         }
         let in_sample = vec![in_sample; healthy.len()];

@@ -35,6 +35,7 @@ mod frisch_order_table;
 mod index_table;
 mod kalman;
 mod observer;
+mod observer_design;
 mod order;
 mod order_table;
 mod output_error;
@@ -42,6 +43,7 @@ mod output_key;
 mod output_model;
 mod plant;
 mod pole_zero;
+mod poles;
 mod record;
 mod residual_report;
 mod scenario;
@@ -89,6 +91,8 @@ mod _gtfdi {
     use crate::kalman::{PyKalmanFilter, kalman};
     #[pymodule_export]
     use crate::observer::{PyObserver, observer};
+    #[pymodule_export]
+    use crate::observer_design::{PyObserverDesign, optimise_observer};
     #[pymodule_export]
     use crate::order_table::{PyOrderTable, py_order_table};
     #[pymodule_export]

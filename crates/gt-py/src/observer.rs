@@ -10,35 +10,15 @@ use crate::array::{json_text, json_value, pair_out, vector};
 use crate::dataset::names;
 use crate::error::Failure;
 use crate::output_model::PyOutputModel;
+use crate::poles::{Poles, python_text};
 use crate::record::Given;
 use crate::state_space::PyStateSpace;
-
-/// A number for all states, or one for each.
-#[derive(FromPyObject, Clone)]
-pub enum Poles {
-    /// One for all.
-    #[pyo3(annotation = "float")]
-    One(f64),
-    /// One a state.
-    #[pyo3(annotation = "list of float")]
-    Many(Vec<f64>),
-}
-
-impl Poles {
-    /// The poles of an observer with `nx` states.
-    pub fn of(&self, nx: usize) -> Vec<f64> {
-        match self {
-            Self::One(pole) => vec![*pole; nx],
-            Self::Many(poles) => poles.clone(),
-        }
-    }
-}
 
 /// A residual generator; ``gtfdi.observer`` makes one.
 #[pyclass(frozen, eq, name = "Observer", module = "gtfdi")]
 #[derive(PartialEq)]
 pub struct PyObserver {
-    inner: ResidualGenerator,
+    pub inner: ResidualGenerator,
 }
 
 #[pymethods]
@@ -71,10 +51,13 @@ impl PyObserver {
         PyArray1::from_slice(py, self.inner.gain().as_slice())
     }
 
-    /// The poles that were asked for, an array (nx,).
+    /// The poles that were asked for, an array (nx,): of float, of complex where one is.
     #[getter]
-    fn poles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, self.inner.poles())
+    fn poles<'py>(&self, py: Python<'py>) -> Bound<'py, PyAny> {
+        match self.inner.poles() {
+            [] => PyArray1::from_vec(py, self.inner.complex_poles()).into_any(),
+            real => PyArray1::from_slice(py, real).into_any(),
+        }
     }
 
     /// Samples after which a wrong initial state is forgotten.
@@ -118,11 +101,13 @@ impl PyObserver {
     }
 
     fn __repr__(&self) -> String {
+        let poles = self.inner.complex_poles();
+        let poles: Vec<String> = poles.into_iter().map(python_text).collect();
         format!(
-            "Observer(output: {}, inputs: {}, poles: {:?})",
+            "Observer(output: {}, inputs: {}, poles: [{}])",
             self.inner.outputs()[0].name,
             names(self.inner.inputs()).join(", "),
-            self.inner.poles()
+            poles.join(", ")
         )
     }
 }
@@ -147,8 +132,9 @@ pub enum Model<'py> {
 /// ----------
 /// model : StateSpace or OutputModel
 ///     A model of one output.
-/// poles : float or list of float
-///     One pole for all states, or one a state; real, inside the unit circle.
+/// poles : float, or list of float or complex
+///     One pole for all states, or one a state, inside the unit circle; complex ones together with
+///     their conjugates.
 /// point : tuple of array_like, optional
 ///     Operating point ``(u0, y0)``; that of the OutputModel, or zero.
 ///
@@ -159,14 +145,17 @@ pub enum Model<'py> {
 /// Raises
 /// ------
 /// DesignError
-///     A pole is outside the unit circle, their number is not that of the states, or the output
-///     does not determine the state.
+///     A pole is outside the unit circle or without its conjugate, their number is not that of the
+///     states, or the output does not determine the state.
 ///
 /// Examples
 /// --------
 /// >>> observer = gtfdi.observer(model.output_model("q_c"), poles=0.7)
 /// >>> observer.settle_samples
 /// 109
+/// >>> pairs = [0.8 + 0.1j, 0.8 - 0.1j] * 4
+/// >>> gtfdi.observer(model.output_model("q_c"), poles=pairs).poles.dtype
+/// dtype('complex128')
 #[pyfunction]
 #[pyo3(signature = (model, poles, point=None))]
 pub fn observer(
@@ -177,7 +166,7 @@ pub fn observer(
     let (model, point) = model_and_point(model, point)?;
     let poles = poles.of(model.nx());
     Ok(PyObserver {
-        inner: ResidualGenerator::observer(model, point, &poles)?,
+        inner: ResidualGenerator::observer_complex(model, point, &poles)?,
     })
 }
 

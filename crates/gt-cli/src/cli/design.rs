@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use super::{DataArgs, count};
+use super::{DataArgs, count, integer};
 use crate::config::Alternatives;
 use crate::row_range::RowRange;
 
@@ -58,6 +58,27 @@ pub enum WaveformKind {
     Step,
 }
 
+/// What an observer's poles are chosen by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PoleCriterion {
+    /// V': the energy of the healthy residuals over that of all that the fault adds to them
+    FaultEnergy,
+    /// V: the energy of the healthy residual over that of the faulty one, of one pair (eq. 24 of the
+    /// paper)
+    Paper,
+}
+
+/// How an observer's poles are searched for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PoleSearchKind {
+    /// Descents by sequential quadratic programming from many starts
+    Descent,
+    /// Differential evolution, for the paper's genetic algorithm
+    Evolution,
+}
+
 /// `gtfdi design`.
 #[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
@@ -65,7 +86,14 @@ pub enum WaveformKind {
 Example: gtfdi design --model model.json --healthy healthy.mcap --poles 0.7 --margin 1.2 \
 --consecutive 6 --out bank.json
          gtfdi design --model model.json --healthy h1.mcap,h2.mcap --generator kalman \
---statistic glr --arl0 24h --out bank.json")]
+--statistic glr --arl0 24h --out bank.json
+         gtfdi design --model model.json --healthy h1.mcap,h2.mcap --faulty f1.mcap \
+--validate-faulty f2.mcap --out bank.json
+
+Poles are chosen by pairs of records of the same run without and with a fault, such as simulate \
+gives with the same --seed without and with --faults: the records of --faulty pair with the first of \
+--healthy in their order, those of --validate-faulty with the ones that follow. All of --healthy set \
+the limits.")]
 pub struct DesignArgs {
     /// Model file written by identify
     #[arg(long, env = "GTFDI_MODEL", value_name = "MODEL.json")]
@@ -77,14 +105,15 @@ pub struct DesignArgs {
     #[command(flatten)]
     #[serde(flatten)]
     pub reading: DataArgs,
-    /// Rows of each healthy record [default: all]
+    /// Rows of each record [default: all]
     #[arg(long, env = "GTFDI_ROWS", value_name = "A:B")]
     pub rows: Option<RowRange>,
     /// Residual generator [default: observer]
     #[arg(long, env = "GTFDI_GENERATOR", value_enum)]
     pub generator: Option<GeneratorKind>,
-    /// Observer poles: one for all, one a state, or TAG=POLE for one output [default: the paper's for
-    /// the four outputs it watches (0.7, 0.3, 0.4, 0.4), 0.5 for any other, equal for all states]
+    /// Observer poles: one for all, one a state, or TAG=POLE for one output, again one or one a state;
+    /// complex ones as 0.9+0.1i,0.9-0.1i [default: the paper's for the four outputs it watches (0.7,
+    /// 0.3, 0.4, 0.4), 0.5 for any other, equal for all states]
     #[arg(
         long,
         env = "GTFDI_POLES",
@@ -92,6 +121,35 @@ pub struct DesignArgs {
         allow_negative_numbers = true
     )]
     pub poles: Option<Vec<String>>,
+    /// Choose the observers' poles by this record with a fault and the first of --healthy, the same
+    /// run without it; several with commas, or repeat the option, each with the next of --healthy
+    #[arg(long, env = "GTFDI_FAULTY", value_name = "LOG", value_delimiter = ',')]
+    pub faulty: Option<Vec<PathBuf>>,
+    /// Judge the poles found by this record with a fault and the first of --healthy after those that
+    /// pair with --faulty; several likewise
+    #[arg(
+        long,
+        env = "GTFDI_VALIDATE_FAULTY",
+        value_name = "LOG",
+        value_delimiter = ','
+    )]
+    pub validate_faulty: Option<Vec<PathBuf>>,
+    /// What poles are chosen by [default: fault-energy]
+    #[arg(long, env = "GTFDI_POLE_CRITERION", value_enum)]
+    pub criterion: Option<PoleCriterion>,
+    /// How they are searched for [default: descent]
+    #[arg(long, env = "GTFDI_SEARCH", value_enum)]
+    pub search: Option<PoleSearchKind>,
+    /// Largest modulus of the poles searched [default: 0.97]
+    #[arg(long, env = "GTFDI_RADIUS", allow_negative_numbers = true)]
+    pub radius: Option<f64>,
+    /// Samples at the start of each record of the search that do not count, while the observers
+    /// forget their initial state [default: 0]
+    #[arg(long, env = "GTFDI_SEARCH_SKIP", value_name = "SAMPLES", value_parser = count())]
+    pub search_skip: Option<usize>,
+    /// Seed of the search [default: 0]
+    #[arg(long, env = "GTFDI_SEARCH_SEED", value_name = "N", value_parser = integer())]
+    pub search_seed: Option<u64>,
     /// Evaluation statistic [default: threshold]
     #[arg(long, env = "GTFDI_STATISTIC", value_enum)]
     pub statistic: Option<Statistic>,

@@ -17,7 +17,9 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::config::Alternatives;
-pub use design::{DesignArgs, GeneratorKind, Statistic, WatchKind, WaveformKind};
+pub use design::{
+    DesignArgs, GeneratorKind, PoleCriterion, PoleSearchKind, Statistic, WatchKind, WaveformKind,
+};
 pub use detect::{DetectArgs, FailOn};
 pub use identify::{
     Criterion, ErrorModel, IdentifyArgs, LeastSquaresSolver, Method, MissingSamples, Structure,

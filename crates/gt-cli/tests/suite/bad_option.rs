@@ -1,7 +1,7 @@
 //! Options that make no sense.
 
 use crate::place::Place;
-use crate::signal::{second_order_csv, two_outputs_csv};
+use crate::signal::{csv, second_order, second_order_csv, two_outputs_csv};
 
 /// A folder with records of one and of two outputs and a model of the first.
 fn place() -> Place {
@@ -135,7 +135,7 @@ fn rows_name_their_option() {
 fn designs() {
     let place = place();
     let head = ["design", "--model", "model.json", "--healthy", "one.csv"];
-    let cases: [(&[&str], &[&str]); 26] = [
+    let cases: [(&[&str], &[&str]); 25] = [
         (
             &["--poles", "1.2"],
             &["--poles: output `y`", "modulus below 1, found 1.2"],
@@ -147,10 +147,6 @@ fn designs() {
         (
             &["--poles", "0.1,0.2,0.3"],
             &["`y` has 2 states: expected 1 or 2 poles, found 3"],
-        ),
-        (
-            &["--poles", "fast"],
-            &["--poles: expected a number or TAG=NUMBER, found `fast`"],
         ),
         (
             &["--poles", "z=0.5"],
@@ -237,6 +233,183 @@ fn designs() {
     for (tail, texts) in cases {
         place.refused(&[&head[..], tail, &["--out", "bank.json"]].concat(), texts);
     }
+}
+
+#[test]
+fn complex_poles() {
+    let place = place();
+    let head = ["design", "--model", "model.json", "--healthy", "one.csv"];
+    let cases = [
+        (
+            "0.9+0.1i,0.9-0.2i",
+            "--poles: output `y`: pole 0, 0.9+0.1i: expected its complex conjugate in the list too, \
+             found none",
+        ),
+        (
+            "0.5+0.1i",
+            "--poles: output `y`: pole 0, 0.5+0.1i: expected its complex conjugate in the list too, \
+             found none",
+        ),
+        (
+            "0.9+0.9i,0.9-0.9i",
+            "--poles: output `y`: pole 0: expected a modulus below 1, found 1.2727922061357855",
+        ),
+        (
+            "y=0.1,y=0.2,y=0.3",
+            "--poles: output `y` has 2 states: expected 1 or 2 poles, found 3",
+        ),
+        (
+            "fast",
+            "--poles: expected a number such as 0.7 or 0.9+0.1i, or TAG=NUMBER, found `fast`",
+        ),
+        (
+            "0.9+0.1",
+            "--poles: expected a number such as 0.7 or 0.9+0.1i, or TAG=NUMBER, found `0.9+0.1`",
+        ),
+    ];
+    for (poles, text) in cases {
+        let tail = ["--poles", poles, "--out", "bank.json"];
+        // After the warning that the record has no times.
+        let line = format!("gtfdi: {text}\n");
+        place.refused(&[&head[..], &tail].concat(), &[&line]);
+    }
+}
+
+/// A faulty record of [`second_order_csv`]: a step of the output at sample 100.
+fn faulty_csv(seed: u64) -> String {
+    let mut rows = second_order(200, seed);
+    for row in &mut rows[100..] {
+        row[1] += 1.0;
+    }
+    csv("u,y", &rows)
+}
+
+#[test]
+fn searches_for_poles() {
+    let place = place();
+    let head = ["design", "--model", "model.json", "--healthy", "one.csv"];
+    let cases: [(&[&str], &str); 14] = [
+        (
+            &["--generator", "kalman", "--faulty", "faulty.csv"],
+            "--faulty: expected with --generator observer, found kalman, which chooses its own poles",
+        ),
+        (
+            &["--poles", "0.5,0.4", "--faulty", "faulty.csv"],
+            "--poles: expected none with --faulty, which chooses them, found 0.5,0.4",
+        ),
+        (
+            &["--criterion", "paper"],
+            "--criterion: expected with --faulty, found no faulty record",
+        ),
+        (
+            &["--search", "evolution"],
+            "--search: expected with --faulty, found no faulty record",
+        ),
+        (
+            &["--radius", "0.9"],
+            "--radius: expected with --faulty, found no faulty record",
+        ),
+        (
+            &["--search-skip", "9"],
+            "--search-skip: expected with --faulty, found no faulty record",
+        ),
+        (
+            &["--search-seed", "9"],
+            "--search-seed: expected with --faulty, found no faulty record",
+        ),
+        (
+            &["--validate-faulty", "faulty.csv"],
+            "--validate-faulty: expected with --faulty, found no faulty record",
+        ),
+        (
+            &["--radius", "1", "--faulty", "faulty.csv"],
+            "--radius: expected a radius above 0 and below 1, found 1",
+        ),
+        (
+            &["--radius", "-0.5", "--faulty", "faulty.csv"],
+            "--radius: expected a radius above 0 and below 1, found -0.5",
+        ),
+        (
+            &["--radius", "nan", "--faulty", "faulty.csv"],
+            "--radius: expected a radius above 0 and below 1, found NaN",
+        ),
+        (
+            &["--faulty", "faulty.csv,short.csv"],
+            "--faulty: expected no more records than --healthy, which pair with them, 1, found 2",
+        ),
+        (
+            &["--faulty", "faulty.csv", "--validate-faulty", "short.csv"],
+            "--validate-faulty: expected no more records than are left of --healthy after those that \
+             pair with --faulty, 0, found 1",
+        ),
+        (
+            &[
+                "--healthy",
+                "one.csv",
+                "--criterion",
+                "paper",
+                "--faulty",
+                "faulty.csv,faulty.csv",
+            ],
+            "--criterion: expected fault-energy with 2 records of --faulty, found paper, which is \
+             that of 1",
+        ),
+    ];
+    for (tail, text) in cases {
+        place.refused_exactly(&[&head[..], tail, &["--out", "bank.json"]].concat(), text);
+    }
+    let words = [
+        ("--criterion", "[possible values: fault-energy, paper]"),
+        ("--search", "[possible values: descent, evolution]"),
+    ];
+    for (option, text) in words {
+        let tail = ["--faulty", "faulty.csv", option, "best", "--out", "b.json"];
+        place.refused(&[&head[..], &tail].concat(), &[text]);
+    }
+}
+
+#[test]
+fn records_of_searches_for_poles() {
+    let place = place();
+    place.write("faulty.csv", faulty_csv(1));
+    place.write("short.csv", second_order_csv(150, 1));
+    let head = ["design", "--model", "model.json", "--healthy", "one.csv"];
+    let cases: [(&[&str], &str); 4] = [
+        (
+            &["--faulty", "short.csv"],
+            "short.csv: output `y`: training pair 0, samples of the faulty record: expected 200, \
+             found 150",
+        ),
+        (
+            &["--faulty", "faulty.csv", "--search-skip", "195"],
+            "one.csv: output `y`: training pair 0: expected at least 206 samples, found 200",
+        ),
+        (
+            &["--faulty", "faulty.csv", "--rows", "0:90"],
+            "--faulty: expected a record in which a channel of the model differs from the healthy \
+             one, found none",
+        ),
+        (
+            &["--faulty", "none.csv"],
+            "none.csv: No such file or directory (os error 2)",
+        ),
+    ];
+    for (tail, text) in cases {
+        let line = format!("gtfdi: {text}\n");
+        place.refused(
+            &[&head[..], tail, &["--out", "bank.json"]].concat(),
+            &[&line],
+        );
+    }
+    // The bank must not be written over a record that is read.
+    place.refused_exactly(
+        &[
+            &head[..],
+            &["--faulty", "faulty.csv", "--out", "faulty.csv"],
+        ]
+        .concat(),
+        "--out: expected another file than those that are read, found faulty.csv",
+    );
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod identify;
 mod maps;
 mod model_check;
 mod model_show;
+mod optimise_road;
 mod order;
 mod output_file;
 mod place;

@@ -1,20 +1,25 @@
 //! `gtfdi design`: a model and healthy records to a bank of generators and tests.
 
+mod generators;
+mod optimisation;
 mod poles;
 mod report;
+mod search;
 mod statistic;
 
 use std::path::{Path, PathBuf};
 
-use gt_campaign::{TestPlan, Watch, in_sample_optimism, kalman_generator};
+use gt_campaign::{TestPlan, Watch, in_sample_optimism};
 use gt_log::{ModelFile, read_json, write_json};
 use gtfdi::core::Dataset;
-use gtfdi::fdi::{Bank, FdiError, ResidualGenerator, ResidualTest, StatisticError, ThresholdRule};
+use gtfdi::fdi::{Bank, FdiError, ResidualTest, StatisticError, ThresholdRule};
 use gtfdi::ident::ArxModel;
-use gtfdi::ident::eiv::EivModel;
 
-use self::poles::{check_tags, poles};
+use self::generators::{Found, chosen, found_by, parts};
+use self::optimisation::output_reports;
+use self::poles::check_tags;
 use self::report::{Report, test_reports, text, unsupported};
+use self::search::{Faulty, search};
 use super::SCHEMA_VERSION;
 use crate::Outcome;
 use crate::cli::{DesignArgs, GeneratorKind, GlobalArgs, Statistic, WatchKind};
@@ -64,6 +69,18 @@ fn rule(args: &DesignArgs) -> Result<ThresholdRule, Failure> {
     Ok(rule)
 }
 
+fn plan(args: &DesignArgs) -> Result<TestPlan, Failure> {
+    Ok(TestPlan {
+        statistic: statistic::statistic(args)?,
+        rule: rule(args)?,
+        watch: match args.watch {
+            None | Some(WatchKind::Outputs) => Watch::Outputs,
+            Some(WatchKind::Joint) => Watch::Joint,
+            Some(WatchKind::Both) => Watch::Both,
+        },
+    })
+}
+
 /// A time span such as `24h`, `30min`, `90s` or `2d`, in hours.
 fn parse_hours(text: &str) -> Result<f64, Failure> {
     let units = [
@@ -94,7 +111,7 @@ fn refused(
     healthy: &[Dataset],
 ) -> Failure {
     let record = match error {
-        FdiError::PoleCount { .. } | FdiError::PoleOutside { .. } => {
+        FdiError::PoleCount { .. } | FdiError::PoleOutside { .. } | FdiError::Placement(_) => {
             return Failure::input(format!("--poles: output `{output}`: {error}"));
         }
         FdiError::HealthyTotal { share, .. } => {
@@ -152,16 +169,11 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
             "--poles: expected with --generator observer, found kalman, which chooses its own",
         ));
     }
-    let plan = TestPlan {
-        statistic: statistic::statistic(&args)?,
-        rule: rule(&args)?,
-        watch: match args.watch {
-            None | Some(WatchKind::Outputs) => Watch::Outputs,
-            Some(WatchKind::Joint) => Watch::Joint,
-            Some(WatchKind::Both) => Watch::Both,
-        },
-    };
-    check_out(out, &[&[model_path.as_path()], &healthy_paths[..]].concat())?;
+    let search = search(&args, generator)?;
+    let plan = plan(&args)?;
+    let faulty_paths = search::paths(&args);
+    let inputs = [&[model_path.as_path()], &healthy_paths[..], &faulty_paths];
+    check_out(out, &inputs.concat())?;
     let file = read_json::<ModelFile>(model_path).map_err(Failure::input)?;
     let noise = file.eiv().map_err(|e| Failure::in_file(model_path, e))?;
     let model = &file.model;
@@ -173,20 +185,21 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         in_sample,
         mut warnings,
     } = read_healthy(&args, &file, model_path, &healthy_paths)?;
-    let mut generators = Vec::new();
-    for (index, output) in model.outputs().iter().enumerate() {
-        let made = design_generator(
-            &model,
-            noise.as_ref(),
-            index,
-            generator,
-            &wishes,
-            model_path,
-        )?;
-        generators.push(
-            made.map_err(|error| refused(&error, &args, &output.name, &healthy_paths, &healthy))?,
-        );
-    }
+    let parts = parts(model).map_err(|error| Failure::in_file(model_path, error))?;
+    let Found {
+        generators,
+        searched,
+    } = match search {
+        Some(search) => {
+            let mut faulty = Faulty::read(&args, model, model_path)?;
+            faulty.compare(&healthy, &healthy_paths);
+            let found = found_by(&search, parts, &mut faulty, &healthy, &healthy_paths)?;
+            warnings.append(&mut faulty.warnings);
+            found
+        }
+        None => chosen(generator, model, noise.as_ref(), parts, &wishes)?
+            .map_err(|(name, error)| refused(&error, &args, &name, &healthy_paths, &healthy))?,
+    };
     let tests = plan
         .tests(model, &generators, &healthy, &in_sample)
         .map_err(|(name, error)| refused(&error, &args, &name, &healthy_paths, &healthy))?;
@@ -207,6 +220,7 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         generator,
         statistic: args.statistic.unwrap_or(Statistic::Threshold),
         healthy_records: healthy.len(),
+        outputs: output_reports(model, &searched),
         detectors: test_reports(&bank),
         warnings,
         out,
@@ -269,27 +283,6 @@ fn bank_name(generator: GeneratorKind) -> &'static str {
         GeneratorKind::Observer => "observers",
         GeneratorKind::Kalman => "filters",
     }
-}
-
-/// The residual generator of one output; the outer error is of the options or the model's file.
-fn design_generator(
-    model: &ArxModel,
-    noise: Option<&EivModel>,
-    output: usize,
-    kind: GeneratorKind,
-    wishes: &[String],
-    model_path: &Path,
-) -> Result<Result<ResidualGenerator, FdiError>, Failure> {
-    let part = model
-        .output_model(output)
-        .map_err(|e| Failure::in_file(model_path, e))?;
-    Ok(match kind {
-        GeneratorKind::Observer => {
-            let poles = poles(wishes, &model.outputs()[output].name, part.model.nx())?;
-            ResidualGenerator::observer(part.model, part.point, &poles)
-        }
-        GeneratorKind::Kalman => kalman_generator(model, noise, output, part),
-    })
 }
 
 /// What to say of a limit on the residual as it is beyond everything that its output did.

@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use gtfdi::fdi::{Bank, FalseAlarmRate, MeanTime, ResidualTest, SUPPORTED_FACTOR, StatisticKind};
+use nalgebra::Complex;
 use serde::Serialize;
 
+use super::optimisation::{self, OutputReport};
 use crate::cli::{GeneratorKind, Statistic};
 use crate::output::{number, table};
 
@@ -14,8 +16,11 @@ pub struct TestReport<'a> {
     /// The test's name: that of the output where it watches one.
     output: &'a str,
     outputs: &'a [String],
-    /// Poles of its observer; empty where it reads several generators, or Kalman filters.
+    /// Poles of its observer; empty where some are complex, or it reads several generators, or
+    /// Kalman filters.
     poles: &'a [f64],
+    /// Poles of its observer where some are complex, else empty.
+    complex_poles: Vec<Complex<f64>>,
     statistic: &'a StatisticKind,
     /// Order of the autoregression that whitens the residual; null where it is not whitened.
     whitening_order: Option<usize>,
@@ -37,6 +42,7 @@ pub struct Report<'a> {
     pub generator: GeneratorKind,
     pub statistic: Statistic,
     pub healthy_records: usize,
+    pub outputs: Vec<OutputReport<'a>>,
     pub detectors: Vec<TestReport<'a>>,
     pub warnings: Vec<String>,
     pub out: &'a Path,
@@ -54,6 +60,9 @@ pub fn test_reports(bank: &Bank) -> Vec<TestReport<'_>> {
                 output: &test.name,
                 outputs: &test.outputs,
                 poles: own.map_or(&[], |generator| generator.poles()),
+                complex_poles: own
+                    .filter(|generator| generator.poles().is_empty())
+                    .map_or_else(Vec::new, gtfdi::fdi::ResidualGenerator::complex_poles),
                 statistic: &test.evaluation.statistic,
                 whitening_order: whitening.map(gtfdi::fdi::Whitening::order),
                 limit: test.threshold.limit,
@@ -125,7 +134,7 @@ pub fn text(report: &Report) -> String {
             ]
         })
         .collect();
-    format!(
+    let tests = format!(
         "{}: {} tests from {} healthy records; rates are cross-validated, with 95 % intervals\n{}",
         report.out.display(),
         report.detectors.len(),
@@ -142,5 +151,6 @@ pub fn text(report: &Report) -> String {
             ],
             &rows
         )
-    )
+    );
+    [tests, optimisation::text(&report.outputs)].concat()
 }

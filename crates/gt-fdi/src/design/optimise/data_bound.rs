@@ -1,7 +1,7 @@
 //! What no filter of a class could do better than, on the same records.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::energy_ratio::EnergyRatio;
 use super::sections::Sections;
@@ -22,7 +22,7 @@ const EIGEN_ITERATIONS: usize = 100;
 /// all observers with up to `q` poles at `p` and the others at 0; others come closer as `q` grows,
 /// and may lie below. With many functions it fits the records rather than the fault, which
 /// `validation` shows.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DataBound {
     /// The least ratio; 0 when the healthy records leave a combination of the basis without energy.
     pub value: f64,

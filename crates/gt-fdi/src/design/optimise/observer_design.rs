@@ -2,7 +2,7 @@
 
 use gt_core::{OperatingPoint, StateSpace};
 use nalgebra::Complex;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::super::generator::ResidualGenerator;
 use super::data_bound::DataBound;
@@ -11,7 +11,7 @@ use super::start::Start;
 use crate::FdiError;
 
 /// One descent of a search, or its evolution.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Attempt {
     /// Where it began.
     pub start: Start,
@@ -26,7 +26,7 @@ pub struct Attempt {
 /// V on the records that the poles were chosen by falls with the radius allowed, up to filters that
 /// ring for as long as the record: what counts is `v_validation`, and whether the bound leaves
 /// anything to gain.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ObserverDesign {
     /// The criterion.
     pub criterion: Criterion,

@@ -2,12 +2,12 @@
 
 use nalgebra::DVector;
 use rand::{Rng, RngExt};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::sections::Sections;
 
 /// Where a descent began, or what else found the poles.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Start {
     /// A vertex of the polytope of the radius: every section has both poles at plus the radius,

@@ -1,0 +1,96 @@
+//! The residual generators of a bank, one an output.
+
+use std::path::Path;
+
+use gt_campaign::{Refusal, kalman_generator, search_observers};
+use gtfdi::core::Dataset;
+use gtfdi::fdi::{ObserverDesign, PoleSearch, ResidualGenerator};
+use gtfdi::ident::eiv::EivModel;
+use gtfdi::ident::{ArxModel, IdentError, OutputModel};
+
+use super::poles::poles;
+use super::search::Faulty;
+use crate::cli::GeneratorKind;
+use crate::failure::Failure;
+
+/// Generators, one an output.
+pub struct Found {
+    pub generators: Vec<ResidualGenerator>,
+    /// What a search for the poles of each found; none where there was no search.
+    pub searched: Vec<Option<ObserverDesign>>,
+}
+
+/// The models of the outputs.
+pub fn parts(model: &ArxModel) -> Result<Vec<OutputModel>, IdentError> {
+    let outputs = 0..model.outputs().len();
+    outputs.map(|output| model.output_model(output)).collect()
+}
+
+/// The observers of the outputs' `parts` whose poles tell the faults of the records best; with the
+/// default poles where the faults change nothing that an observer reads.
+pub fn found_by(
+    search: &PoleSearch,
+    parts: Vec<OutputModel>,
+    faulty: &mut Faulty,
+    healthy: &[Dataset],
+    healthy_paths: &[&Path],
+) -> Result<Found, Failure> {
+    let (training, validation) = faulty.pairs(healthy);
+    let searched = search_observers(search, &parts, &training, &validation)
+        .map_err(|(output, error)| faulty.refused(&error, &output, healthy_paths))?;
+    if searched.iter().all(Option::is_none) {
+        return Err(Failure::input(
+            "--faulty: expected a record in which a channel of the model differs from the healthy \
+             one, found none",
+        ));
+    }
+    let mut generators = Vec::with_capacity(parts.len());
+    for (part, found) in parts.into_iter().zip(&searched) {
+        let name = part.model.outputs()[0].name.clone();
+        let made = if let Some(found) = found {
+            found.generator(part.model, part.point)
+        } else {
+            faulty.warn(format!(
+                "`{name}`: the faults of --faulty change nothing that its observer reads: it has the \
+                 poles that it would have without them"
+            ));
+            let poles = poles(&[], &name, part.model.nx())?;
+            ResidualGenerator::observer_complex(part.model, part.point, &poles)
+        };
+        generators.push(made.map_err(|error| faulty.refused(&error, &name, healthy_paths))?);
+    }
+    Ok(Found {
+        generators,
+        searched,
+    })
+}
+
+/// The generators of the outputs' `parts` that the options name; the outer error is of the options.
+pub fn chosen(
+    kind: GeneratorKind,
+    model: &ArxModel,
+    noise: Option<&EivModel>,
+    parts: Vec<OutputModel>,
+    wishes: &[String],
+) -> Result<Result<Found, Refusal>, Failure> {
+    let mut generators = Vec::with_capacity(parts.len());
+    for (index, part) in parts.into_iter().enumerate() {
+        let name = model.outputs()[index].name.clone();
+        let made = match kind {
+            GeneratorKind::Observer => {
+                let poles = poles(wishes, &name, part.model.nx())?;
+                ResidualGenerator::observer_complex(part.model, part.point, &poles)
+            }
+            GeneratorKind::Kalman => kalman_generator(model, noise, index, part),
+        };
+        match made {
+            Ok(generator) => generators.push(generator),
+            Err(error) => return Ok(Err((name, error))),
+        }
+    }
+    let searched = vec![None; generators.len()];
+    Ok(Ok(Found {
+        generators,
+        searched,
+    }))
+}
