@@ -234,8 +234,8 @@ fn borrowed(records: &[[Arc<Dataset>; 2]]) -> Vec<RecordPair<'_>> {
 /// >>> design = gtfdi.optimise_observer(t3, [(healthy, faulty)], radius=0.9)
 /// >>> design.bound <= design.v
 /// True
-/// >>> np.abs(design.poles).max() <= 0.9 + 1e-12
-/// np.True_
+/// >>> bool(np.abs(design.poles).max() <= 0.9 + 1e-12)
+/// True
 #[pyfunction]
 #[pyo3(signature = (model, pairs, validation=Vec::new(), *, criterion="fault-energy",
     method="descent", radius=0.97, skip_samples=0, diagonal_starts=9, random_starts=20, seed=0,

@@ -12,6 +12,7 @@ use super::poles::poles;
 use super::search::Faulty;
 use crate::cli::GeneratorKind;
 use crate::failure::Failure;
+use crate::output::number;
 
 /// Generators, one an output.
 pub struct Found {
@@ -48,6 +49,13 @@ pub fn found_by(
     for (part, found) in parts.into_iter().zip(&searched) {
         let name = part.model.outputs()[0].name.clone();
         let made = if let Some(found) = found {
+            if found.v > 1.0 {
+                faulty.warn(format!(
+                    "`{name}`: {} times as much is in the residual without the faults as they add to \
+                     it, with the best poles found",
+                    number(Some(found.v))
+                ));
+            }
             found.generator(part.model, part.point)
         } else {
             faulty.warn(format!(

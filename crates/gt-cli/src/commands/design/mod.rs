@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use gt_campaign::{TestPlan, Watch, in_sample_optimism};
 use gt_log::{ModelFile, read_json, write_json};
 use gtfdi::core::Dataset;
-use gtfdi::fdi::{Bank, FdiError, ResidualTest, StatisticError, ThresholdRule};
+use gtfdi::fdi::{Bank, FdiError, ObserverDesign, ResidualTest, StatisticError, ThresholdRule};
 use gtfdi::ident::ArxModel;
 
 use self::generators::{Found, chosen, found_by, parts};
@@ -205,7 +205,7 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         .map_err(|(name, error)| refused(&error, &args, &name, &healthy_paths, &healthy))?;
     let useless = tests
         .iter()
-        .filter_map(|test| useless(test, model, &healthy));
+        .filter_map(|test| useless(test, model, &searched, &healthy));
     let found: Vec<String> = useless
         .chain(tests.iter().filter_map(unsupported))
         .collect();
@@ -285,8 +285,14 @@ fn bank_name(generator: GeneratorKind) -> &'static str {
     }
 }
 
-/// What to say of a limit on the residual as it is beyond everything that its output did.
-fn useless(test: &ResidualTest, model: &ArxModel, healthy: &[Dataset]) -> Option<String> {
+/// What to say of a limit on the residual as it is beyond everything that its output did. Where
+/// poles were searched, the criterion says how the fault stands out of what they amplify.
+fn useless(
+    test: &ResidualTest,
+    model: &ArxModel,
+    searched: &[Option<ObserverDesign>],
+    healthy: &[Dataset],
+) -> Option<String> {
     if test.evaluation.whitening.is_some() {
         return None;
     }
@@ -294,6 +300,9 @@ fn useless(test: &ResidualTest, model: &ArxModel, healthy: &[Dataset]) -> Option
     let index = outputs
         .map(|signal| &signal.name)
         .position(|name| *name == test.name)?;
+    if searched.get(index).is_some_and(Option::is_some) {
+        return None;
+    }
     let (name, limit) = (&test.name, test.threshold.limit);
     let values = healthy.iter().map(|data| data.y().row(index));
     let high = values.clone().map(|row| row.max()).fold(f64::MIN, f64::max);
