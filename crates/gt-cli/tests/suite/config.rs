@@ -54,7 +54,7 @@ fn a_flag_wins_over_environment_file_and_default() {
 #[test]
 fn what_is_printed_gives_the_same_again() {
     let place = Place::new();
-    let lines: [&[&str]; 8] = [
+    let lines: [&[&str]; 9] = [
         &[
             "simulate",
             "--seconds",
@@ -133,6 +133,25 @@ fn what_is_printed_gives_the_same_again() {
             "24h",
             "--rows",
             "5:50",
+        ],
+        &[
+            "design",
+            "--healthy",
+            "a.csv,b.csv",
+            "--faulty",
+            "c.csv",
+            "--validate-faulty",
+            "d.csv",
+            "--criterion",
+            "paper",
+            "--search",
+            "evolution",
+            "--radius",
+            "0.9",
+            "--search-skip",
+            "10",
+            "--search-seed",
+            "5",
         ],
         &[
             "detect",

@@ -146,6 +146,24 @@ fn complex_poles_are_placed_and_reported_as_pairs() {
     assert_eq!(real["detectors"][0]["complex_poles"], json!([]));
 }
 
+/// A fault that is weak against the model's error, whatever the poles.
+#[test]
+fn a_fault_that_no_poles_tell_is_warned_of() {
+    let place = place();
+    let fault = "[[fault]]\ncase = \"compressor_fouling\"\nrate_percent_per_h = 0.1\n";
+    place.write("fouling.toml", format!("{fault}onset_s = 20.0\n"));
+    let simulate = ["simulate", "--seconds", "60", "--seed", "2"];
+    let fouled = ["--faults", "fouling.toml", "--out", "fouled.mcap"];
+    place.done(&[&simulate[..], &fouled].concat());
+    let report = place.json(&[&DESIGN[..], &["--faulty", "fouled.mcap"]].concat());
+    assert!(number(optimisation(&report), "/v") > 1.0, "{report}");
+    let warnings = array(&report, "/warnings");
+    let text = warnings[0].as_str().expect("a text");
+    let end = "in the residual without the faults as they add to it, with the best poles found";
+    assert!(text.starts_with("`t3`: ") && text.ends_with(end), "{text}");
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+}
+
 /// Two runs with other seeds are no pair, and that is said.
 #[test]
 fn records_that_are_no_pair_are_warned_of() {
