@@ -6,6 +6,9 @@ use gtfdi::fdi::{FdiError, Glr, StatisticError, StatisticKind, ThresholdRule, Wa
 const AVERAGE_WINDOW: usize = 125;
 /// Two seconds of it.
 const SQUARES_WINDOW: usize = 25;
+/// A minute and a half of it, and the correlations that are looked at: as many as the model's order
+/// is likely to be.
+const WHITENESS: (usize, usize) = (1125, 8);
 /// The mean time between false alarms where nobody asks for another, in hours.
 const DEFAULT_ARL0_HOURS: f64 = 24.0;
 
@@ -22,16 +25,25 @@ pub enum StatisticName {
     Glr,
     /// The sum of squares over a window.
     Chi2,
+    /// The Shiryaev-Roberts procedure.
+    ShiryaevRoberts,
+    /// The variance over a window.
+    Variance,
+    /// The correlations over a window.
+    Whiteness,
 }
 
 impl StatisticName {
     /// All of them, as they are spelled.
-    pub const ALL: [(&'static str, Self); 5] = [
+    pub const ALL: [(&'static str, Self); 8] = [
         ("threshold", Self::Threshold),
         ("moving-average", Self::MovingAverage),
         ("cusum", Self::Cusum),
         ("glr", Self::Glr),
         ("chi2", Self::Chi2),
+        ("shiryaev-roberts", Self::ShiryaevRoberts),
+        ("variance", Self::Variance),
+        ("whiteness", Self::Whiteness),
     ];
 
     /// As it is spelled.
@@ -46,8 +58,8 @@ impl StatisticName {
     fn options(self) -> &'static [&'static str] {
         match self {
             Self::Threshold => &[],
-            Self::MovingAverage | Self::Chi2 => &["window"],
-            Self::Cusum => &["allowance"],
+            Self::MovingAverage | Self::Chi2 | Self::Variance | Self::Whiteness => &["window"],
+            Self::Cusum | Self::ShiryaevRoberts => &["allowance"],
             Self::Glr => &["window", "waveform", "sizes"],
         }
     }
@@ -73,10 +85,11 @@ impl StatisticName {
 pub struct StatisticChoice {
     /// The name.
     pub name: StatisticName,
-    /// Samples: 125 of a moving average, 25 of a sum of squares; the longest window of a likelihood
-    /// ratio, 4096.
+    /// Samples: 125 of a moving average or a variance, 25 of a sum of squares, 1125 of correlations
+    /// (of 8 lags); the longest window of a likelihood ratio, 4096.
     pub window: Option<usize>,
-    /// Of a cumulative sum, in standard deviations: 0.5.
+    /// Of a cumulative sum, half the deviation to be found in standard deviations: 0.5; twice that is
+    /// the shift of the Shiryaev-Roberts procedure.
     pub allowance: Option<f64>,
     /// The fault that a likelihood ratio looks for: a ramp.
     pub waveform: Option<Waveform>,
@@ -124,8 +137,14 @@ impl StatisticChoice {
         let kind = self.unchecked();
         kind.validate().map_err(|error| OptionRefusal {
             option: match error {
-                FdiError::Statistic(StatisticError::Window { .. }) => "window",
-                FdiError::Statistic(StatisticError::Allowance { .. }) => "allowance",
+                FdiError::Statistic(
+                    StatisticError::Window { .. }
+                    | StatisticError::WindowRange { .. }
+                    | StatisticError::Lags { .. },
+                ) => "window",
+                FdiError::Statistic(
+                    StatisticError::Allowance { .. } | StatisticError::Option { .. },
+                ) => "allowance",
                 _ => "sizes",
             },
             reason: error.to_string(),
@@ -135,6 +154,7 @@ impl StatisticChoice {
 
     fn unchecked(&self) -> StatisticKind {
         let window = |default: usize| self.window.unwrap_or(default);
+        let allowance = self.allowance.unwrap_or(StatisticKind::DEFAULT_ALLOWANCE);
         match self.name {
             StatisticName::Threshold => StatisticKind::Modulus,
             StatisticName::MovingAverage => StatisticKind::MovingAverage {
@@ -143,8 +163,16 @@ impl StatisticChoice {
             StatisticName::Chi2 => StatisticKind::ChiSquare {
                 window: window(SQUARES_WINDOW),
             },
-            StatisticName::Cusum => StatisticKind::Cusum {
-                allowance: self.allowance.unwrap_or(StatisticKind::DEFAULT_ALLOWANCE),
+            StatisticName::Variance => StatisticKind::Variance {
+                window: window(AVERAGE_WINDOW),
+            },
+            StatisticName::Whiteness => StatisticKind::Whiteness {
+                window: window(WHITENESS.0),
+                lags: WHITENESS.1,
+            },
+            StatisticName::Cusum => StatisticKind::Cusum { allowance },
+            StatisticName::ShiryaevRoberts => StatisticKind::ShiryaevRoberts {
+                shift: 2.0 * allowance,
             },
             StatisticName::Glr => {
                 let waveform = self.waveform.unwrap_or(Waveform::Ramp);

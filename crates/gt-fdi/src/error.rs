@@ -247,6 +247,15 @@ pub enum FdiError {
         /// The value found, in samples; infinite when it is beyond the range of doubles.
         found: f64,
     },
+    /// A statistic of residuals with a sign, for the norm of several.
+    #[error(
+        "statistic of {found} residuals together: expected one of their norm, the modulus or the \
+         sum of squares, found one of a residual with a sign"
+    )]
+    SignedStatistic {
+        /// Residuals that the test watches.
+        found: usize,
+    },
     /// Too few peaks of a statistic for a fit of their tail.
     #[error("peaks of the statistic on healthy records: expected at least {needed}, found {found}")]
     TooFewPeaks {

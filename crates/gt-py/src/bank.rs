@@ -361,8 +361,9 @@ fn word<T: Copy>(
 ///     ``"observer"``: output observers with the given poles. ``"kalman"``: Kalman filters for the
 ///     noise of an errors-in-variables model; of an ARX model its one-step errors.
 /// statistic : str, optional
-///     ``"threshold"`` (the residual's modulus), ``"moving-average"``, ``"cusum"``, ``"glr"`` or
-///     ``"chi2"``; all but the first are of the whitened residual.
+///     ``"threshold"`` (the residual's modulus), ``"moving-average"``, ``"cusum"``, ``"glr"``,
+///     ``"chi2"``, ``"shiryaev-roberts"``, ``"variance"`` or ``"whiteness"``; all but the first are
+///     of the whitened residual, and only the first and ``"chi2"`` of several together.
 /// watch : str, optional
 ///     ``"outputs"``: a test an output. ``"joint"``: one test on the norm of all residuals whitened
 ///     among themselves. ``"both"``.
@@ -371,9 +372,11 @@ fn word<T: Copy>(
 ///     with their conjugates. By default the paper's 0.7, 0.3, 0.4, 0.4 for q_c, t3, p7, m9 and 0.5
 ///     for any other tag. ``optimise_observer`` finds better ones.
 /// window : int, optional
-///     Samples: of ``"moving-average"`` (125) or ``"chi2"`` (25), the longest of ``"glr"`` (4096).
+///     Samples: of ``"moving-average"`` and ``"variance"`` (125), ``"chi2"`` (25) or
+///     ``"whiteness"`` (1125), the longest of ``"glr"`` (4096).
 /// allowance : float, optional
-///     Of ``"cusum"``, in standard deviations; 0.5.
+///     Of ``"cusum"`` and ``"shiryaev-roberts"``: half the deviation to be found, in standard
+///     deviations; 0.5.
 /// waveform : str, optional
 ///     What ``"glr"`` looks for: ``"ramp"`` or ``"step"``.
 /// sizes : tuple of float, optional

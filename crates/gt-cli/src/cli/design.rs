@@ -34,6 +34,12 @@ pub enum Statistic {
     Glr,
     /// The sum of squares of the whitened residual over a window
     Chi2,
+    /// The Shiryaev-Roberts procedure on the whitened residual, for lasting deviations
+    ShiryaevRoberts,
+    /// The variance of the whitened residual over a window, too large or too small
+    Variance,
+    /// The correlations of the whitened residual over a window
+    Whiteness,
 }
 
 /// Which residuals are tested.
@@ -156,11 +162,12 @@ pub struct DesignArgs {
     /// Which residuals are tested [default: outputs]
     #[arg(long, env = "GTFDI_WATCH", value_enum)]
     pub watch: Option<WatchKind>,
-    /// Window of moving-average [default: 125] or chi2 [default: 25], longest of glr [default: 4096],
-    /// in samples
+    /// Window in samples, of moving-average and variance [default: 125], chi2 [default: 25],
+    /// whiteness [default: 1125], the longest of glr [default: 4096]
     #[arg(long, env = "GTFDI_WINDOW", value_name = "SAMPLES", value_parser = count())]
     pub window: Option<usize>,
-    /// Allowance of cusum in standard deviations: half the deviation to be found [default: 0.5]
+    /// Half the deviation that cusum and shiryaev-roberts are to find, in standard deviations
+    /// [default: 0.5]
     #[arg(
         long,
         env = "GTFDI_ALLOWANCE",

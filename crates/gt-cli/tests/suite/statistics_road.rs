@@ -60,6 +60,7 @@ fn every_statistic_finds_the_drift_after_its_onset() {
         ("cusum", true),
         ("glr", true),
         ("chi2", false),
+        ("shiryaev-roberts", false),
     ] {
         let bank = format!("{statistic}.json");
         let designed = design(&["--statistic", statistic], &bank);

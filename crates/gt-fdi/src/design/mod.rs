@@ -1,5 +1,9 @@
 //! From models and healthy records to a bank of detectors, and what the bank can tell apart.
 //!
+//! A [`ResidualTest`] turns the residuals of some generators into a number (as they are, or through
+//! a [`Whitening`] and a [`StatisticKind`]) and compares it with a limit that healthy records set. A
+//! [`Bank`] is generators and tests.
+//!
 //! # Run lengths
 //!
 //! How long a detector runs before it alarms can be computed before any is built, for residuals that

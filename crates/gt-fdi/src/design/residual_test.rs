@@ -81,7 +81,8 @@ impl ResidualTest {
     ///
     /// # Errors
     /// As [`ResidualGenerator::residuals`], [`Whitening::estimate`] and [`calibrate`], whose sample
-    /// indices count from the end of the settling; besides when a record is not longer than that.
+    /// indices count from the end of the settling; besides when a record is not longer than that,
+    /// and [`FdiError::SignedStatistic`] of several residuals.
     pub fn calibrate(
         name: impl Into<String>,
         generators: &[&ResidualGenerator],
@@ -116,6 +117,7 @@ impl ResidualTest {
         let Some(first) = generators.first() else {
             return Err(FdiError::EmptyBank { name: name.into() });
         };
+        check_several(statistic, outputs.len())?;
         let sample_time_s = first.sample_time_s();
         let residuals = settled_residuals(generators, healthy, optimism)?;
         let (whitening, calibration, mean_time) =
@@ -150,6 +152,7 @@ impl ResidualTest {
     pub fn validate(&self) -> Result<(), FdiError> {
         self.threshold.validate()?;
         self.evaluation.statistic.validate()?;
+        check_several(self.evaluation.statistic, self.outputs.len())?;
         let size = self
             .evaluation
             .whitening
@@ -210,6 +213,13 @@ fn settled_residuals(
         residuals.push(settled);
     }
     Ok(residuals)
+}
+
+fn check_several(statistic: StatisticKind, found: usize) -> Result<(), FdiError> {
+    if found == 1 || statistic.takes_several() {
+        return Ok(());
+    }
+    Err(FdiError::SignedStatistic { found })
 }
 
 fn check_optimism(optimism: &DMatrix<f64>, rows: usize, columns: usize) -> Result<(), FdiError> {

@@ -2,12 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::run_length::CusumRunLength;
+use super::run_length::{CusumRunLength, SHIRYAEV_ROBERTS_SHIFTS, ShiryaevRobertsRunLength};
 use super::tail::Tail;
 use crate::FdiError;
 use crate::runtime::{
-    Cusum, Evaluator, Glr, MAX_WINDOW, Modulus, MovingAverage, Sides, Statistic, Waveform,
-    WindowedChiSquare,
+    Cusum, Evaluator, Glr, MAX_WINDOW, Modulus, MovingAverage, ShiryaevRoberts, Sides, Statistic,
+    Waveform, Whiteness, WindowedChiSquare, WindowedVariance,
 };
 
 /// Simulated white samples for limits that have no closed form.
@@ -43,10 +43,28 @@ pub enum StatisticKind {
         /// Samples.
         window: usize,
     },
-    /// The sum of squares over a window.
+    /// The sum of squares over a window; of several residuals that of their norms.
     ChiSquare {
         /// Samples.
         window: usize,
+    },
+    /// The Shiryaev-Roberts procedure, for lasting deviations.
+    ShiryaevRoberts {
+        /// The deviation that it is best for, in standard deviations.
+        shift: f64,
+    },
+    /// The variance over a window, too large or too small: a sensor that has become noisy, or one
+    /// that stands still.
+    Variance {
+        /// Samples.
+        window: usize,
+    },
+    /// The correlations of neighbouring samples over a window: dynamics that the model has not.
+    Whiteness {
+        /// Samples.
+        window: usize,
+        /// Correlations that are looked at.
+        lags: usize,
     },
 }
 
@@ -65,6 +83,11 @@ impl StatisticKind {
     /// [`FdiError::Statistic`].
     pub fn validate(&self) -> Result<(), FdiError> {
         self.evaluator(1.0).map(|_| ())
+    }
+
+    /// Whether it is one of the norm of several residuals, which has no sign and no mean of zero.
+    pub fn takes_several(&self) -> bool {
+        matches!(self, Self::Modulus | Self::ChiSquare { .. })
     }
 
     /// The statistic that runs online, with a threshold.
@@ -91,6 +114,15 @@ impl StatisticKind {
             Self::ChiSquare { window } => {
                 Evaluator::ChiSquare(WindowedChiSquare::new(window, threshold)?)
             }
+            Self::ShiryaevRoberts { shift } => {
+                Evaluator::ShiryaevRoberts(ShiryaevRoberts::new(shift, threshold, sides)?)
+            }
+            Self::Variance { window } => {
+                Evaluator::Variance(WindowedVariance::new(window, threshold, sides)?)
+            }
+            Self::Whiteness { window, lags } => {
+                Evaluator::Whiteness(Whiteness::new(window, lags, threshold)?)
+            }
         })
     }
 
@@ -98,18 +130,20 @@ impl StatisticKind {
     pub fn release(&self) -> usize {
         match *self {
             Self::Modulus => 1,
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // within the bounds
-            Self::Cusum { allowance } => {
-                (4.0 / (allowance * allowance)).clamp(1.0, MAX_WINDOW as f64) as usize
-            }
+            Self::Cusum { allowance } => memory(allowance),
+            Self::ShiryaevRoberts { shift } => memory(0.5 * shift),
             Self::Glr { longest, .. } => longest.div_ceil(4),
-            Self::MovingAverage { window } | Self::ChiSquare { window } => window,
+            Self::MovingAverage { window }
+            | Self::ChiSquare { window }
+            | Self::Variance { window }
+            | Self::Whiteness { window, .. } => window,
         }
     }
 
     /// The scale on which high values have an exponential tail, for `residuals` residuals at once:
     /// likelihood ratios and cumulative sums as they are, moduli and averages squared, sums of
-    /// squares by the square of the normal deviate that Wilson and Hilferty give them.
+    /// squares (and of squared correlations) by the square of the normal deviate that Wilson and Hilferty
+    /// give them.
     pub(crate) fn to_tail(self, value: f64, residuals: usize) -> f64 {
         let squares = |sum: f64, window: usize| {
             let freedom = (window * residuals) as f64;
@@ -119,9 +153,10 @@ impl StatisticKind {
             deviate * deviate.abs()
         };
         match self {
-            Self::Cusum { .. } | Self::Glr { .. } => value,
+            Self::Cusum { .. } | Self::Glr { .. } | Self::ShiryaevRoberts { .. } => value,
             Self::Modulus if residuals == 1 => value * value,
-            Self::MovingAverage { .. } => value * value,
+            Self::MovingAverage { .. } | Self::Variance { .. } => value * value,
+            Self::Whiteness { lags, .. } => squares(value, lags),
             Self::Modulus => squares(value * value, 1),
             Self::ChiSquare { window } => squares(value, window),
         }
@@ -136,9 +171,10 @@ impl StatisticKind {
             freedom * (1.0 - spread + deviate * spread.sqrt()).max(0.0).powi(3)
         };
         match self {
-            Self::Cusum { .. } | Self::Glr { .. } => tail,
+            Self::Cusum { .. } | Self::Glr { .. } | Self::ShiryaevRoberts { .. } => tail,
             Self::Modulus if residuals == 1 => tail.max(0.0).sqrt(),
-            Self::MovingAverage { .. } => tail.max(0.0).sqrt(),
+            Self::MovingAverage { .. } | Self::Variance { .. } => tail.max(0.0).sqrt(),
+            Self::Whiteness { lags, .. } => sum(lags),
             Self::Modulus => sum(1).sqrt(),
             Self::ChiSquare { window } => sum(window),
         }
@@ -151,6 +187,12 @@ impl StatisticKind {
         if let (Self::Cusum { allowance }, 1) = (self, residuals) {
             return CusumRunLength::threshold_for(allowance, Sides::Both, run_length);
         }
+        if let Self::ShiryaevRoberts { shift } = self
+            && (SHIRYAEV_ROBERTS_SHIFTS.0..=SHIRYAEV_ROBERTS_SHIFTS.1).contains(&shift)
+        {
+            // Both sides have nearly the time of one.
+            return ShiryaevRobertsRunLength::threshold_for(shift, run_length);
+        }
         let mut evaluator = self.evaluator(1.0)?;
         let mut noise = WhiteNoise::new(WHITE_SEED, residuals);
         let values: Vec<f64> = (0..WHITE_SAMPLES)
@@ -159,6 +201,12 @@ impl StatisticKind {
         let tail = Tail::fit(&[&values], self.release(), run_length)?;
         Ok(self.value_of_tail(tail.limit_for(run_length), residuals))
     }
+}
+
+/// Samples that a cumulative sum with this allowance remembers, or so.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // within the bounds
+fn memory(allowance: f64) -> usize {
+    (4.0 / (allowance * allowance)).clamp(1.0, MAX_WINDOW as f64) as usize
 }
 
 /// Standard normal numbers, or the norms of vectors of them.
@@ -201,6 +249,12 @@ mod tests {
             StatisticKind::Cusum { allowance: 0.5 },
             StatisticKind::MovingAverage { window: 20 },
             StatisticKind::ChiSquare { window: 10 },
+            StatisticKind::ShiryaevRoberts { shift: 1.0 },
+            StatisticKind::Variance { window: 20 },
+            StatisticKind::Whiteness {
+                window: 100,
+                lags: 5,
+            },
         ];
         for kind in kinds {
             for residuals in [1, 3] {

@@ -2,7 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Cusum, Glr, MovingAverage, Statistic, WindowedChiSquare};
+use super::{
+    Cusum, Glr, MovingAverage, ShiryaevRoberts, Statistic, Whiteness, WindowedChiSquare,
+    WindowedVariance,
+};
 
 /// One of the statistics that detectors watch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -18,6 +21,12 @@ pub enum Evaluator {
     MovingAverage(MovingAverage),
     /// The sum of squares over a window.
     ChiSquare(WindowedChiSquare),
+    /// The Shiryaev-Roberts procedure.
+    ShiryaevRoberts(ShiryaevRoberts),
+    /// The variance over a window.
+    Variance(WindowedVariance),
+    /// The correlations over a window.
+    Whiteness(Whiteness),
 }
 
 /// The modulus of the last residual, without memory (the paper's eq. 26).
@@ -75,6 +84,9 @@ impl Evaluator {
             Self::Glr(statistic) => statistic,
             Self::MovingAverage(statistic) => statistic,
             Self::ChiSquare(statistic) => statistic,
+            Self::ShiryaevRoberts(statistic) => statistic,
+            Self::Variance(statistic) => statistic,
+            Self::Whiteness(statistic) => statistic,
         }
     }
 
@@ -82,7 +94,6 @@ impl Evaluator {
     /// happened.
     pub fn estimate(&self) -> Option<Estimate> {
         match self {
-            Self::Modulus(_) | Self::MovingAverage(_) | Self::ChiSquare(_) => None,
             Self::Cusum(cusum) => cusum
                 .change()
                 .map(|(age, deviation)| Estimate { age, deviation }),
@@ -90,14 +101,17 @@ impl Evaluator {
                 age: change.age as u64,
                 deviation: glr.deviation(change),
             }),
+            _ => None,
         }
     }
 
     /// Keeps an accumulated value from growing beyond what an alarm needs, so that a long fault is
     /// not remembered for as long again: cumulative sums stop at `ceiling`.
     pub(crate) fn cap(&mut self, ceiling: f64) {
-        if let Self::Cusum(cusum) = self {
-            cusum.cap(ceiling);
+        match self {
+            Self::Cusum(statistic) => statistic.cap(ceiling),
+            Self::ShiryaevRoberts(statistic) => statistic.cap(ceiling),
+            _ => {}
         }
     }
 }
@@ -110,6 +124,9 @@ impl Statistic for Evaluator {
             Self::Glr(statistic) => statistic.take(r),
             Self::MovingAverage(statistic) => statistic.take(r),
             Self::ChiSquare(statistic) => statistic.take(r),
+            Self::ShiryaevRoberts(statistic) => statistic.take(r),
+            Self::Variance(statistic) => statistic.take(r),
+            Self::Whiteness(statistic) => statistic.take(r),
         }
     }
 
@@ -120,6 +137,9 @@ impl Statistic for Evaluator {
             Self::Glr(statistic) => statistic.reset(),
             Self::MovingAverage(statistic) => statistic.reset(),
             Self::ChiSquare(statistic) => statistic.reset(),
+            Self::ShiryaevRoberts(statistic) => statistic.reset(),
+            Self::Variance(statistic) => statistic.reset(),
+            Self::Whiteness(statistic) => statistic.reset(),
         }
     }
 

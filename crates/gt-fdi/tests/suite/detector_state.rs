@@ -38,6 +38,20 @@ fn all_statistics() -> Bank {
         ),
         ("average", StatisticKind::MovingAverage { window: 20 }, 1..2),
         ("squares", StatisticKind::ChiSquare { window: 10 }, 0..2),
+        (
+            "roberts",
+            StatisticKind::ShiryaevRoberts { shift: 1.0 },
+            0..1,
+        ),
+        ("variance", StatisticKind::Variance { window: 30 }, 0..1),
+        (
+            "whiteness",
+            StatisticKind::Whiteness {
+                window: 100,
+                lags: 4,
+            },
+            1..2,
+        ),
     ];
     let records = [healthy(1), healthy(50)];
     let tests = kinds.map(|(name, kind, own)| {
@@ -99,7 +113,7 @@ fn a_state_of_another_bank_is_refused() {
         detector.resume(&other),
         Err(ResumeError::Count {
             what: "tests",
-            expected: 5,
+            expected: 8,
             found: 2
         })
     );

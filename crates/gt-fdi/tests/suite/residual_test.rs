@@ -62,7 +62,7 @@ fn mean_time(hours: f64) -> ThresholdRule {
     }
 }
 
-const KINDS: [StatisticKind; 5] = [
+const KINDS: [StatisticKind; 8] = [
     StatisticKind::Cusum { allowance: 0.5 },
     StatisticKind::Cusum { allowance: 0.25 },
     StatisticKind::Glr {
@@ -73,6 +73,12 @@ const KINDS: [StatisticKind; 5] = [
     },
     StatisticKind::MovingAverage { window: 20 },
     StatisticKind::ChiSquare { window: 10 },
+    StatisticKind::ShiryaevRoberts { shift: 1.0 },
+    StatisticKind::Variance { window: 30 },
+    StatisticKind::Whiteness {
+        window: 100,
+        lags: 4,
+    },
 ];
 
 /// Asked for one alarm in 2000 samples on 60 000 healthy ones, then counted on 200 000 fresh ones:
@@ -289,6 +295,12 @@ fn statistics_out_of_range_are_refused() {
         refused(StatisticKind::Cusum { allowance: -1.0 }),
         "allowance: expected a finite number not below 0, found -1"
     );
+    let two = outputs_themselves(&["p", "q"]);
+    let y = DMatrix::from_vec(2, 500, noise(5, 1000));
+    let pair = [record(&["p", "q"], y)];
+    let kind = StatisticKind::Cusum { allowance: 0.5 };
+    let error = ResidualTest::calibrate("both", &[&two], &pair, kind, mean_time(10.0));
+    assert_eq!(error, Err(FdiError::SignedStatistic { found: 2 }));
     let error = ResidualTest::calibrate("r", &[], &healthy, StatisticKind::Modulus, mean_time(1.0));
     assert!(matches!(error, Err(FdiError::EmptyBank { .. })));
 }

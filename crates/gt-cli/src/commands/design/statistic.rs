@@ -34,6 +34,9 @@ pub fn name(chosen: Option<Statistic>) -> StatisticName {
         Some(Statistic::Cusum) => StatisticName::Cusum,
         Some(Statistic::Glr) => StatisticName::Glr,
         Some(Statistic::Chi2) => StatisticName::Chi2,
+        Some(Statistic::ShiryaevRoberts) => StatisticName::ShiryaevRoberts,
+        Some(Statistic::Variance) => StatisticName::Variance,
+        Some(Statistic::Whiteness) => StatisticName::Whiteness,
     }
 }
 

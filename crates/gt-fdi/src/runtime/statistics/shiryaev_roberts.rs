@@ -103,6 +103,12 @@ impl ShiryaevRoberts {
         self.lower
     }
 
+    /// Lets neither value stand above `ceiling`.
+    pub(crate) fn cap(&mut self, ceiling: f64) {
+        self.upper = self.upper.min(ceiling);
+        self.lower = self.lower.min(ceiling);
+    }
+
     /// `ln(1 + R)` after a residual that deviates by `r` to the side of the step, from `before`.
     fn advance(&self, before: f64, r: f64) -> f64 {
         let ratio = self.shift * (r - 0.5 * self.shift);
