@@ -171,7 +171,7 @@ impl PyKalmanFilter {
 /// --------
 /// >>> filter = gtfdi.kalman(model.output_model("q_c"), [1e-4, 1e-6], [0.01])
 /// >>> filter.predictor_gain.shape
-/// (9, 1)
+/// (8, 1)
 #[pyfunction]
 #[pyo3(signature = (model, input_variances, output_variances, point=None))]
 pub fn kalman(
