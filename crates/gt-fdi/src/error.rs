@@ -4,6 +4,8 @@ use gt_core::{DataError, DimensionError, ModelError};
 use thiserror::Error;
 
 use crate::design::FilterError;
+use crate::design::ScheduleError;
+use crate::design::UnknownInputError;
 use crate::runtime::{StatisticError, StepError};
 
 /// Why a generator, a threshold, a bank or a signature cannot be made or used.
@@ -27,6 +29,12 @@ pub enum FdiError {
     /// A covariance, a Riccati equation or a Kalman filter cannot be used.
     #[error(transparent)]
     Filter(#[from] FilterError),
+    /// A residual cannot be made robust against unknown inputs or freed of them.
+    #[error(transparent)]
+    UnknownInput(#[from] UnknownInputError),
+    /// Generators cannot be scheduled.
+    #[error(transparent)]
+    Schedule(#[from] ScheduleError),
     /// The model has another number of outputs than one.
     #[error("outputs of the model: expected 1 (one observer an output), found {found}")]
     OutputCount {

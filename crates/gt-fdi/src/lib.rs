@@ -40,6 +40,13 @@ pub use design::{
     mean_delay_bound, place, signature,
 };
 #[cfg(feature = "design")]
+pub use design::{Blend, ScheduleError, ScheduledGenerators, ScheduledPoint, ScheduledRun};
+#[cfg(feature = "design")]
+pub use design::{
+    FaultModel, FrequencyBand, LinearResidual, PeakGain, Robustness, UnifiedFilter, UnknownInput,
+    UnknownInputError, UnknownInputObserver, peak_gain,
+};
+#[cfg(feature = "design")]
 pub use error::FdiError;
 pub use runtime::{
     AdaptiveThreshold, GrowingChiSquare, GrowingVariance, Growth, RunSum, ShiryaevRoberts,

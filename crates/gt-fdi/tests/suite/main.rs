@@ -43,6 +43,8 @@ mod run_length;
 #[cfg(test)]
 mod run_sum;
 #[cfg(test)]
+mod scheduled;
+#[cfg(test)]
 mod shiryaev_roberts;
 #[cfg(test)]
 mod signature;
@@ -52,6 +54,10 @@ mod simulation;
 mod statistic_state;
 #[cfg(test)]
 mod statistics;
+#[cfg(test)]
+mod unified;
+#[cfg(test)]
+mod unknown_input;
 #[cfg(test)]
 mod whiteness;
 #[cfg(test)]
