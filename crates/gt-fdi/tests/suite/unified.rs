@@ -73,14 +73,17 @@ fn distance_from_co_inner(system: &StateSpace) -> f64 {
     largest
 }
 
-/// Random models that are not within rounding of having no filter: `R_e` of a condition below 1e6
-/// and a loop below 0.98.
+/// Random models that are not within rounding of having no filter: `R_e` of a condition below 1e6,
+/// a loop below 0.98 and no growing mode that the outputs hardly show, whose gain is lost in the
+/// rounding of `C X C'`.
 fn filter(model: &FaultModel) -> Option<UnifiedFilter> {
     let filter = UnifiedFilter::new(model.clone()).ok()?;
     let kalman = filter.kalman();
+    let (riccati, noise) = (kalman.riccati(), kalman.noise());
     let eigenvalues = kalman.innovation_covariance().symmetric_eigenvalues();
-    let fair =
-        kalman.riccati().spectral_radius < 0.98 && eigenvalues.min() > 1e-6 * eigenvalues.max();
+    let fair = riccati.spectral_radius < 0.98
+        && riccati.p.norm() < 1e3 * noise.q().norm()
+        && eigenvalues.min() > 1e-6 * eigenvalues.max();
     fair.then_some(filter)
 }
 

@@ -3,7 +3,7 @@
 use gt_core::{Dataset, OperatingPoint, Signal, StateSpace};
 use gt_fdi::FdiError;
 use gt_fdi::design::{
-    FaultModel, LinearResidual, NoiseCovariance, UnknownInput, UnknownInputError,
+    FaultModel, FilterError, LinearResidual, NoiseCovariance, UnknownInput, UnknownInputError,
     UnknownInputObserver,
 };
 use nalgebra::{DMatrix, DVector};
@@ -101,8 +101,9 @@ proptest! {
         let nd = of_state + at_once;
         let point = point(ny);
         let built = UnknownInputObserver::kalman(&model, point.clone(), &unit_noise(nx, ny));
-        // Zeros of a random model with more outputs than disturbances are none, unless all states
-        // are within rounding of that.
+        // A random model with more outputs than disturbances has no zeros. One in some thousands has
+        // a growing mode that the outputs hardly show, which the Riccati equation refuses.
+        prop_assume!(!matches!(built, Err(FdiError::Filter(FilterError::NoSteadySolution { .. }))));
         let observer = built.unwrap();
         prop_assume!(observer.settle_samples() < 100);
         prop_assert_eq!(observer.residual().residual_signals().len(), left);
@@ -117,7 +118,10 @@ proptest! {
         let zero = DVector::zeros(nx);
         let of = |d: &DMatrix<f64>, f: &DMatrix<f64>| {
             let data = record(&model, &zero, [&u, d, f], &point);
-            (observer.residuals(&data).unwrap(), data.y().amax())
+            // What the outputs alone would put into the residuals.
+            let through = observer.residual().system().d().columns(2, ny).abs();
+            let size = DVector::from_fn(ny, |row, _| data.y().row(row).amax());
+            (observer.residuals(&data).unwrap(), (through * size).max())
         };
         let (quiet, _) = of(&none.0, &none.1);
         let (disturbed, y) = of(&d, &none.1);
