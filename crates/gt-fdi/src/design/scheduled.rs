@@ -83,7 +83,7 @@ pub struct ScheduledPoint {
 /// changes. Beyond the first and the last breakpoint, the generator there stands alone.
 ///
 /// Source: multiple models, R. Murray-Smith, T. A. Johansen (eds.), *Multiple model approaches to
-/// modelling and control*, Taylor & Francis 1997, chapter 1. Construction and deserialisation both
+/// modelling and control*, Taylor & Francis 1997. Construction and deserialisation both
 /// check breakpoints, channels and sample times.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Unchecked")]

@@ -46,7 +46,7 @@ impl UnknownInput {
 
 /// `x(t+1) = A x + B u + E_d d + E_f f`, `y(t) = C x + D u + F_d d + F_f f` with unknown
 /// disturbances `d` and faults `f` (S. X. Ding, *Model-based fault diagnosis techniques*, 2nd
-/// edition, Springer 2013, section 3.3).
+/// edition, Springer 2013).
 ///
 /// Construction checks that the sizes agree and the entries are finite.
 #[derive(Debug, Clone, PartialEq)]

@@ -29,8 +29,8 @@ const EIGEN_ITERATIONS: usize = 100;
 /// generator is a stable system `Q` after it, so that at every frequency each singular value of the
 /// response to faults, relative to the H-infinity norm of that to disturbances, is the largest that
 /// can be had: one filter maximises `H_inf / H_inf`, `H_- / H_inf` and `H_-` over any band over
-/// `H_inf` (S. X. Ding, *Model-based fault diagnosis techniques*, 2nd edition, Springer 2013,
-/// section 7.10; for sampled systems N. Liu, K. Zhou, J. Control Science and Engineering 2008,
+/// `H_inf` (S. X. Ding, *Model-based fault diagnosis techniques*, 2nd edition, Springer 2013, who
+/// calls it the unified solution; for sampled systems J. Control Science and Engineering 2008,
 /// 829459).
 #[derive(Debug, Clone)]
 pub struct UnifiedFilter {
