@@ -4,6 +4,7 @@ use gt_core::{DataError, DimensionError, ModelError};
 use thiserror::Error;
 
 use crate::design::{FilterError, PlacementError, SearchError};
+use crate::design::{ScheduleError, UnknownInputError};
 use crate::runtime::{StatisticError, StepError};
 
 /// Why a generator, a threshold, a bank or a signature cannot be made or used.
@@ -33,6 +34,12 @@ pub enum FdiError {
     /// Poles cannot be searched for.
     #[error(transparent)]
     Search(#[from] SearchError),
+    /// A residual cannot be made robust against unknown inputs or freed of them.
+    #[error(transparent)]
+    UnknownInput(#[from] UnknownInputError),
+    /// Generators cannot be scheduled.
+    #[error(transparent)]
+    Schedule(#[from] ScheduleError),
     /// The model has another number of outputs than one.
     #[error("outputs of the model: expected 1 (one observer an output), found {found}")]
     OutputCount {

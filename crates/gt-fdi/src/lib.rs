@@ -45,6 +45,13 @@ pub use design::{
     SearchError, SearchMethod, Sections, Start,
 };
 #[cfg(feature = "design")]
+pub use design::{Blend, ScheduleError, ScheduledGenerators, ScheduledPoint, ScheduledRun};
+#[cfg(feature = "design")]
+pub use design::{
+    FaultModel, FrequencyBand, LinearResidual, PeakGain, Robustness, UnifiedFilter, UnknownInput,
+    UnknownInputError, UnknownInputObserver, peak_gain,
+};
+#[cfg(feature = "design")]
 pub use design::{PlacementError, SchurPlacement, StabilityBound, place_complex};
 #[cfg(feature = "design")]
 pub use error::FdiError;

@@ -39,12 +39,14 @@ mod placement;
 mod residual_test;
 mod riccati;
 mod run_length;
+mod scheduled;
 mod settling;
 mod signature;
 mod statistic_kind;
 mod tail;
 mod threshold;
 mod time_varying;
+mod unknown_input;
 mod whitening;
 
 pub use bank::{Alarm, Bank, BankRun, SCHEMA_VERSION};
@@ -74,9 +76,15 @@ pub use run_length::{MAX_RUN_SUM_THRESHOLD, RunSumRunLength};
 pub use run_length::{
     MAX_SHIRYAEV_ROBERTS_THRESHOLD, SHIRYAEV_ROBERTS_SHIFTS, ShiryaevRobertsRunLength,
 };
+pub use scheduled::{Blend, ScheduleError, ScheduledGenerators, ScheduledPoint, ScheduledRun};
 pub use signature::{Feature, SignatureMatrix, feature, signature};
 pub use statistic_kind::StatisticKind;
 pub use tail::MIN_PEAKS;
 pub use threshold::{FixedThreshold, ThresholdRule};
 pub use time_varying::TimeVaryingKalman;
+pub use unknown_input::{
+    FaultModel, FrequencyBand, LinearResidual, MIN_DECOUPLING_GAIN, MIN_DETECTABILITY, MIN_REACH,
+    PEAK_TOLERANCE, PeakGain, Robustness, UnifiedFilter, UnknownInput, UnknownInputError,
+    UnknownInputObserver, peak_gain,
+};
 pub use whitening::{MAX_WHITENING_ORDER, Whitening};

@@ -19,6 +19,14 @@ pub const MAX_DOUBLINGS: usize = 40;
 
 /// Newton steps at most, as long as they lessen the residual; one does but for the worst equations.
 const NEWTON_STEPS: usize = 3;
+/// Newton steps at most where the residual is still above [`REFINED_RESIDUAL`]. From a gain that
+/// stabilises they converge, quadratically unless an eigenvalue tends to the unit circle, where each
+/// halves its distance: too few steps for that to pass.
+const MOST_NEWTON_STEPS: usize = 12;
+/// The relative residual at which no further Newton steps are made.
+const REFINED_RESIDUAL: f64 = 1e-12;
+/// What is added to Q, relative to its norm, for a gain to begin with where the doubling fails.
+const REGULARISATION: f64 = 0.01;
 
 /// The smallest pivot of R, relative to its diagonal, with which the cross term is taken out of the
 /// equation as it stands; below it the equation is shifted first.
@@ -83,9 +91,48 @@ impl Riccati {
 
     /// As [`Riccati::solve`], of matrices that are known to fit.
     pub(super) fn of(process: Process) -> Result<Self, FilterError> {
+        match Self::by_doubling(process) {
+            Err(error @ FilterError::NoSteadySolution { .. }) => {
+                Self::from_regularised(process).ok_or(error)
+            }
+            // With a definite R there is no singular C P C' + R but by rounding.
+            Err(FilterError::SingularInnovation) if well_conditioned(process.r).is_some() => {
+                Self::from_regularised(process).ok_or(FilterError::SingularInnovation)
+            }
+            other => other,
+        }
+    }
+
+    /// Newton's steps from the gain of the equation with a larger Q. Without noise of its own, a
+    /// growing mode of `A - S R^-1 C` is nothing that the doubling sees: as many noises as outputs
+    /// and a zero outside the unit circle, for example.
+    fn from_regularised(process: Process) -> Option<Self> {
+        let nx = process.a.nrows();
+        let size = REGULARISATION * process.q.norm() / (nx.max(1) as f64).sqrt();
+        if size == 0.0 {
+            return None;
+        }
+        let q = process.q + DMatrix::identity(nx, nx) * size;
+        let (p, iterations) = reduced(Process { q: &q, ..process }).ok()?;
+        let mut found = Self::judged(process, p, iterations).ok()?;
+        for _ in 0..MOST_NEWTON_STEPS {
+            let gains = Gains::of(process, &found.p).ok()?;
+            let p = stein(gains.closed_loop(process), &gains.added(process))?;
+            found = Self::judged(process, p, iterations).ok()?;
+            if found.relative_residual <= REFINED_RESIDUAL {
+                return (found.spectral_radius <= MAX_CLOSED_LOOP_RADIUS).then_some(found);
+            }
+        }
+        None
+    }
+
+    fn by_doubling(process: Process) -> Result<Self, FilterError> {
         let (p, iterations) = reduced(process)?;
         let mut best = Self::judged(process, p, iterations)?;
-        for _ in 0..NEWTON_STEPS {
+        for step in 0..MOST_NEWTON_STEPS {
+            if step >= NEWTON_STEPS && best.relative_residual <= REFINED_RESIDUAL {
+                break;
+            }
             // From a gain that stabilises: P = F P F' + (what the noise adds).
             let gains = Gains::of(process, &best.p)?;
             let refined = stein(gains.closed_loop(process), &gains.added(process))

@@ -55,6 +55,8 @@ mod run_length;
 #[cfg(test)]
 mod run_sum;
 #[cfg(test)]
+mod scheduled;
+#[cfg(test)]
 mod shiryaev_roberts;
 #[cfg(test)]
 mod signature;
@@ -66,6 +68,10 @@ mod statistic_state;
 mod statistics;
 #[cfg(test)]
 mod toys;
+#[cfg(test)]
+mod unified;
+#[cfg(test)]
+mod unknown_input;
 #[cfg(test)]
 mod whiteness;
 #[cfg(test)]

@@ -91,6 +91,19 @@ fn noise_that_the_output_shows_leaves_no_error() {
     assert_eq!((found.relative_residual, found.spectral_radius), (0.0, 0.5));
 }
 
+/// The same with `a - b = -2`, outside the unit circle: `P = 4 P / (P + 1)`, so that `P = 3` puts
+/// it at -1/2, while `P = 0`, which a recursion without rounding stays at, does not stabilise.
+#[test]
+fn noise_that_the_output_shows_late_leaves_an_error() {
+    let one = rows([[1.0]]);
+    for (a, s, p) in [(-1.0, 1.0, 3.0), (0.5, 2.5, 3.0), (1.5, -0.5, 3.0)] {
+        let q = rows([[s * s]]);
+        let found = solve([&rows([[a]]), &one, &q, &one, &rows([[s]])]).unwrap();
+        assert!((found.p[(0, 0)] - p).abs() < 1e-11, "{found:?}");
+        assert!((found.spectral_radius - 0.5).abs() < 1e-11, "{found:?}");
+    }
+}
+
 #[test]
 fn no_states_have_an_empty_solution() {
     let empty = |height, width| DMatrix::<f64>::zeros(height, width);
