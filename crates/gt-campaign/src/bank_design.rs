@@ -159,6 +159,9 @@ impl TestPlan {
         healthy: &[Dataset],
         in_sample: &[bool],
     ) -> Result<Vec<ResidualTest>, Refusal> {
+        self.rule
+            .validate()
+            .map_err(|error| (model.outputs()[0].name.clone(), error))?;
         let factors = in_sample_optimism(model);
         let optimism = DMatrix::from_fn(generators.len(), healthy.len(), |output, record| {
             if in_sample.get(record) == Some(&true) {

@@ -263,6 +263,18 @@ pub enum FdiError {
         /// Residuals that the test watches.
         found: usize,
     },
+    /// Healthy records, or the fifth of a single one that judges the others, shorter than what a
+    /// statistic has to see before it says anything.
+    #[error(
+        "healthy record, or a fifth of a single one: expected at least {needed} samples for the \
+         window and the whitening, found {found}"
+    )]
+    ShortFold {
+        /// Samples needed.
+        needed: usize,
+        /// Samples found.
+        found: usize,
+    },
     /// Too few peaks of a statistic for a fit of their tail.
     #[error("peaks of the statistic on healthy records: expected at least {needed}, found {found}")]
     TooFewPeaks {

@@ -13,7 +13,7 @@ use crate::record::Given;
 
 /// The online detector of a bank; ``Bank.detector`` makes one.
 ///
-/// Fed the samples of a record with their times, it gives the residuals of ``Bank.detect`` bit for
+/// Fed the samples of a record with their times, it gives the statistics of ``Bank.detect`` bit for
 /// bit. One detector serves one thread at a time.
 #[pyclass(name = "Detector", module = "gtfdi")]
 pub struct PyDetector {

@@ -89,7 +89,13 @@ impl PyObserver {
     /// An observer from the JSON that ``to_json`` gave; it is checked.
     #[classmethod]
     fn from_json(_class: &Bound<'_, PyType>, text: &str) -> Result<Self, Failure> {
-        let inner = json_value("observer", text)?;
+        let inner: ResidualGenerator = json_value("observer", text)?;
+        if inner.noise().is_some() {
+            return Err(Failure::Refusal {
+                option: "observer",
+                reason: "expected placed poles, found the noise of a Kalman filter".to_owned(),
+            });
+        }
         Ok(Self { inner })
     }
 

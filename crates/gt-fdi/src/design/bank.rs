@@ -38,8 +38,13 @@ struct Unchecked {
     schema_version: u32,
     name: String,
     sample_time_s: f64,
+    #[serde(default)]
     generators: Vec<ResidualGenerator>,
+    #[serde(default)]
     tests: Vec<ResidualTest>,
+    /// What version 1 had in the place of both, so that its version is told and not its keys.
+    #[serde(default, rename = "detectors")]
+    _detectors: Option<serde::de::IgnoredAny>,
 }
 
 impl TryFrom<Unchecked> for Bank {

@@ -60,7 +60,7 @@ impl MeanTime {
                 hours_high: None,
                 peaks: 0,
                 healthy_hours,
-                healthy_hours_needed: needed.max(healthy_hours),
+                healthy_hours_needed: needed.max(2.0 * healthy_hours),
             };
         };
         let run_length = tail.run_length(limit);

@@ -13,7 +13,7 @@ use super::tail::Tail;
 use super::threshold::{FixedThreshold, ThresholdRule};
 use super::whitening::Whitening;
 use crate::FdiError;
-use crate::runtime::{Persistence, Statistic};
+use crate::runtime::{Persistence, Statistic, StatisticError};
 
 /// Folds of a cross-validation: a single record is cut into as many contiguous blocks, more records
 /// than that share them.
@@ -74,7 +74,9 @@ impl ResidualTest {
     ///
     /// Whitening and limit are cross-validated in five folds: the values that set the limit are
     /// those of each fold with the whitening of the others, because a covariance always fits its own
-    /// record best. With [`ThresholdRule::MeanTimeBetweenFalseAlarms`] and a statistic with memory
+    /// record best. (Where the false alarms of a fold are counted, the limit is that of the values of
+    /// the others, whose whitening has seen the fold.) Values of windows that are not yet full do not
+    /// count. With [`ThresholdRule::MeanTimeBetweenFalseAlarms`] and a statistic with memory
     /// the limit is the larger of two: that for white residuals, and that which the peaks of the
     /// statistic on the healthy records ask for, with what they promise in
     /// [`FalseAlarmSummary::mean_time`].
@@ -130,7 +132,7 @@ impl ResidualTest {
                 let (calibration, mean_time) = folds.calibrate(sample_time_s, rule)?;
                 (Some(folds.whitening()?), calibration, mean_time)
             };
-        Ok(Self {
+        let test = Self {
             name: name.into(),
             outputs,
             evaluation: Evaluation {
@@ -142,7 +144,9 @@ impl ResidualTest {
                 mean_time,
                 ..calibration.summary()
             },
-        })
+        };
+        test.validate()?;
+        Ok(test)
     }
 
     /// Refuses a bad limit or statistic, and a whitening of another size than the outputs.
@@ -152,6 +156,15 @@ impl ResidualTest {
     pub fn validate(&self) -> Result<(), FdiError> {
         self.threshold.validate()?;
         self.evaluation.statistic.validate()?;
+        if self.outputs.is_empty() {
+            return Err(FdiError::EmptyBank {
+                name: self.name.clone(),
+            });
+        }
+        if self.evaluation.statistic != StatisticKind::Modulus && self.threshold.limit <= 0.0 {
+            let found = self.threshold.limit;
+            return Err(StatisticError::Threshold { found }.into());
+        }
         check_several(self.evaluation.statistic, self.outputs.len())?;
         let size = self
             .evaluation
@@ -309,11 +322,21 @@ impl Folds {
         let mut whitener = whitening.runtime();
         let mut evaluator = self.statistic.evaluator(1.0)?;
         let places: Vec<usize> = (0..record.nrows()).collect();
+        let skipped = whitening.order() + self.statistic.warm_up();
+        if record.ncols() <= skipped {
+            return Err(FdiError::ShortFold {
+                needed: skipped + 1,
+                found: record.ncols(),
+            });
+        }
         let mut values = Vec::with_capacity(record.ncols());
         for (sample, column) in record.column_iter().enumerate() {
             let residual = whitener.step(column.clone_owned().as_slice(), &places);
             if sample >= whitening.order() {
-                values.push(evaluator.step(residual).value.max(0.0));
+                let value = evaluator.step(residual).value.max(0.0);
+                if sample >= skipped {
+                    values.push(value);
+                }
             }
         }
         Ok(values)
@@ -336,6 +359,14 @@ impl Folds {
                 return Ok((calibrate_held(&series, sample_time_s, rule, release)?, None));
             }
         };
+        if consecutive > 1 {
+            // The peaks say when a statistic crosses its limit, not how long it stays there.
+            return Err(FdiError::Option {
+                option: "consecutive",
+                expected: "1 where a statistic with memory has a mean time between false alarms",
+                found: consecutive as f64,
+            });
+        }
         let run_length = hours * 3600.0 / sample_time_s;
         let white = self.statistic.white_limit(self.residuals(), run_length)?;
         let tail = self.tail(None, run_length);

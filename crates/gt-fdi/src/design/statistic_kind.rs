@@ -12,6 +12,8 @@ use crate::runtime::{
 
 /// Simulated white samples for limits that have no closed form.
 const WHITE_SAMPLES: usize = 2_000_000;
+/// At least so many times as long as an alarm lasts: for 40 peaks.
+const WHITE_RELEASES: usize = 320;
 /// Seed of that simulation.
 const WHITE_SEED: u64 = 0x6774_6664_695f_7768;
 
@@ -140,6 +142,17 @@ impl StatisticKind {
         }
     }
 
+    /// Samples until a window is full and its value means what it says.
+    pub fn warm_up(&self) -> usize {
+        match *self {
+            Self::MovingAverage { window }
+            | Self::ChiSquare { window }
+            | Self::Variance { window }
+            | Self::Whiteness { window, .. } => window,
+            _ => 0,
+        }
+    }
+
     /// The scale on which high values have an exponential tail, for `residuals` residuals at once:
     /// likelihood ratios and cumulative sums as they are, moduli and averages squared, sums of
     /// squares (and of squared correlations) by the square of the normal deviate that Wilson and Hilferty
@@ -195,7 +208,8 @@ impl StatisticKind {
         }
         let mut evaluator = self.evaluator(1.0)?;
         let mut noise = WhiteNoise::new(WHITE_SEED, residuals);
-        let values: Vec<f64> = (0..WHITE_SAMPLES)
+        let samples = WHITE_SAMPLES.max(WHITE_RELEASES * self.release());
+        let values: Vec<f64> = (0..samples)
             .map(|_| self.to_tail(evaluator.step(noise.next()).value, residuals))
             .collect();
         let tail = Tail::fit(&[&values], self.release(), run_length)?;

@@ -48,6 +48,9 @@ impl TryFrom<Unchecked> for Whitening {
 
     fn try_from(raw: Unchecked) -> Result<Self, FdiError> {
         let size = raw.mean.len();
+        if size == 0 {
+            return Err(FdiError::NoHealthyData);
+        }
         let sizes = [
             ("rows of factor", raw.factor.nrows()),
             ("columns of factor", raw.factor.ncols()),

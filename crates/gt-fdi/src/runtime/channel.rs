@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 
 use serde::{Deserialize, Serialize};
 
+use super::fingerprint::Fingerprint;
 use super::whitener::Whitener;
 use super::{Evaluator, ExceedanceRun, Persistence, Statistic, Update};
 
@@ -192,6 +193,22 @@ impl Channel {
         }
     }
 
+    /// Adds all that makes this test what it is to a fingerprint.
+    pub(crate) fn mark(&self, print: &mut Fingerprint) {
+        let parts = &self.parts;
+        for &place in parts.places.iter().chain(&parts.sources) {
+            print.add(place as u64);
+        }
+        print.add(parts.limit.to_bits());
+        print.add(parts.unit.to_bits());
+        print.add(parts.persistence.consecutive as u64);
+        print.add(parts.persistence.release as u64);
+        print.add(parts.settle_samples as u64);
+        if let Some(whitener) = &parts.whitener {
+            whitener.mark(print);
+        }
+    }
+
     pub(crate) fn state(&self) -> ChannelState {
         let whitener = self.parts.whitener.as_ref();
         ChannelState {
@@ -206,9 +223,11 @@ impl Channel {
     /// misfit stays.
     pub(crate) fn set_state(&mut self, state: &ChannelState) -> bool {
         let parts = &mut self.parts;
-        let own = &parts.evaluator;
-        let same = core::mem::discriminant(own) == core::mem::discriminant(&state.evaluator)
-            && own.threshold().to_bits() == state.evaluator.threshold().to_bits();
+        // Two statistics are set alike when they are equal once they have forgotten all samples.
+        let (mut own, mut other) = (parts.evaluator.clone(), state.evaluator.clone());
+        own.reset();
+        other.reset();
+        let same = own == other && state.run.is_finite();
         let past = match &mut parts.whitener {
             Some(whitener) => whitener.set_past(&state.past),
             None => state.past.is_empty(),

@@ -9,6 +9,7 @@ use thiserror::Error;
 
 use super::channel::{Channel, ChannelVerdict};
 use super::detector_state::{DetectorState, ResumeError};
+use super::fingerprint::Fingerprint;
 use super::{Generator, Update};
 
 /// A sample earlier than this share of the sample time after the one before is refused.
@@ -256,6 +257,7 @@ impl Detector {
     pub fn state(&self) -> DetectorState {
         let generators = self.sources.iter();
         DetectorState {
+            fingerprint: self.fingerprint(),
             last_time_s: self.last_time_s,
             generators: generators
                 .map(|source| source.generator.state().to_vec())
@@ -264,12 +266,32 @@ impl Detector {
         }
     }
 
+    /// Of all that makes the bank: tags, tests, models, whitening and limits.
+    fn fingerprint(&self) -> u64 {
+        let mut print = Fingerprint::new();
+        let tags = self.inputs.iter().chain(&self.outputs).chain(&self.tests);
+        for tag in tags {
+            print.add_text(tag);
+        }
+        print.add(self.sample_time_s.to_bits());
+        for source in &self.sources {
+            source.generator.mark(&mut print);
+        }
+        for channel in &self.channels {
+            channel.mark(&mut print);
+        }
+        print.value()
+    }
+
     /// Goes on from the state of a detector of the same bank: from then on the verdicts are those
     /// that it would have given, bit for bit.
     ///
     /// # Errors
     /// [`ResumeError`] when the state is not one of this bank; the detector is then as it was.
     pub fn resume(&mut self, state: &DetectorState) -> Result<(), ResumeError> {
+        if state.fingerprint != self.fingerprint() {
+            return Err(ResumeError::Bank);
+        }
         ResumeError::check("generators", self.sources.len(), state.generators.len())?;
         ResumeError::check("tests", self.channels.len(), state.channels.len())?;
         if state.last_time_s.is_some_and(|time_s| !time_s.is_finite()) {

@@ -12,6 +12,8 @@ use super::channel::ChannelState;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DetectorState {
+    /// Of the bank.
+    pub(crate) fingerprint: u64,
     pub(crate) last_time_s: Option<f64>,
     pub(crate) generators: Vec<Vec<f64>>,
     pub(crate) channels: Vec<ChannelState>,
@@ -27,6 +29,9 @@ impl DetectorState {
 /// Why a detector cannot go on from a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum ResumeError {
+    /// The state is that of another bank: other tags, models, whitening or limits.
+    #[error("state of the detector: expected that of this bank, found that of another")]
+    Bank,
     /// The state is that of a bank with another number of parts.
     #[error("state of the detector, {what}: expected {expected}, found {found}")]
     Count {

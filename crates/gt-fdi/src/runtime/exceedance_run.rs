@@ -69,6 +69,11 @@ impl ExceedanceRun {
         *self = Self::default();
     }
 
+    /// Whether its time is a number.
+    pub(crate) fn is_finite(&self) -> bool {
+        self.first_s.is_finite()
+    }
+
     /// Samples in the run.
     pub fn length(&self) -> usize {
         self.length

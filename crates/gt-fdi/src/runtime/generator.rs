@@ -4,6 +4,8 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
+use super::fingerprint::Fingerprint;
+
 /// An output further than this from its operating point, in any unit, is judged but kept out of
 /// the state: half of the range of doubles, so that no product with a sane gain overflows.
 const LARGEST_CORRECTION: f64 = 1e150;
@@ -116,6 +118,17 @@ impl Generator {
     /// Number of outputs.
     pub(crate) fn ny(&self) -> usize {
         self.outputs.len()
+    }
+
+    /// Adds its numbers to a fingerprint.
+    pub(crate) fn mark(&self, print: &mut Fingerprint) {
+        let rows = self.outputs.iter();
+        let rows = rows.flat_map(|row| row.c.iter().chain(&row.d).chain([&row.y0]));
+        let matrices = [&self.open, &self.closed].into_iter();
+        let matrices = matrices.flat_map(|blocks| blocks.values.as_flattened());
+        for value in self.u0.iter().chain(rows).chain(matrices) {
+            print.add(value.to_bits());
+        }
     }
 
     /// The state (nx, filled up with zeros to whole blocks).

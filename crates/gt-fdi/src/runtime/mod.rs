@@ -12,6 +12,7 @@ mod detector;
 mod detector_state;
 mod evaluator;
 mod exceedance_run;
+mod fingerprint;
 mod generator;
 mod statistics;
 mod whitener;

@@ -5,6 +5,10 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::LARGEST_SAMPLE;
+use super::fingerprint::Fingerprint;
+
+/// A deviation beyond this, in any unit, counts as this.
+const LARGEST_DEVIATION: f64 = 1e150;
 
 /// The numbers that whiten `m` residuals: `v = W (r - mean)`, then for each component
 /// `z(t) = (v(t) + a_1 v(t-1) + ... + a_p v(t-p)) / s`.
@@ -62,8 +66,10 @@ impl Whitener {
         let own = self.deviations.iter_mut().zip(places).zip(&self.mean);
         let mut finite = true;
         for ((deviation, &place), mean) in own {
-            *deviation = residuals.get(place).copied().unwrap_or(f64::NAN) - mean;
-            finite &= deviation.is_finite();
+            let residual = residuals.get(place).copied().unwrap_or(f64::NAN);
+            finite &= residual.is_finite();
+            // Sums of products stay finite.
+            *deviation = (residual - mean).clamp(-LARGEST_DEVIATION, LARGEST_DEVIATION);
         }
         if !finite {
             return f64::NAN;
@@ -81,6 +87,15 @@ impl Whitener {
             last
         } else {
             libm::sqrt(squares)
+        }
+    }
+
+    /// Adds its numbers to a fingerprint.
+    pub(crate) fn mark(&self, print: &mut Fingerprint) {
+        let components = self.components.iter();
+        let own = components.flat_map(|own| own.coefficients.iter().chain([&own.scale]));
+        for value in self.mean.iter().chain(&self.factor).chain(own) {
+            print.add(value.to_bits());
         }
     }
 

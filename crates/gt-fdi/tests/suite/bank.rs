@@ -172,6 +172,12 @@ fn files_are_checked() {
     };
     let version = error(&|v| v["schema_version"] = 3.into());
     assert_eq!(version, "bank: expected schema_version 2, found 3");
+    // The keys of version 1: it is the version that is told.
+    let old = serde_json::json!({
+        "schema_version": 1, "name": "old", "sample_time_s": TS, "detectors": []
+    });
+    let old = serde_json::from_value::<Bank>(old).unwrap_err().to_string();
+    assert_eq!(old, "bank: expected schema_version 2, found 1");
     let limit = error(&|v| v["tests"][0]["threshold"]["limit"] = (-1.0).into());
     assert_eq!(
         limit,

@@ -109,14 +109,14 @@ fn a_state_of_another_bank_is_refused() {
     let mut detector = Detector::new(&all_statistics());
     let other = Detector::new(&bank()).state();
     let untouched = detector.state();
-    assert_eq!(
-        detector.resume(&other),
-        Err(ResumeError::Count {
-            what: "tests",
-            expected: 8,
-            found: 2
-        })
-    );
+    assert_eq!(detector.resume(&other), Err(ResumeError::Bank));
+    // The same tests with one limit that differs in its last bit are another bank.
+    let mut json = serde_json::to_value(all_statistics()).unwrap();
+    let limit = json["tests"][1]["threshold"]["limit"].as_f64().unwrap();
+    json["tests"][1]["threshold"]["limit"] = limit.next_up().into();
+    let near: Bank = serde_json::from_value(json).unwrap();
+    let near = Detector::new(&near).state();
+    assert_eq!(detector.resume(&near), Err(ResumeError::Bank));
     let json = serde_json::to_value(&untouched).unwrap();
     let mut refused = |pointer: &str, value: serde_json::Value| {
         let mut changed = json.clone();
@@ -141,7 +141,27 @@ fn a_state_of_another_bank_is_refused() {
         refused("/channels/2/evaluator", cusum),
         ResumeError::Test { index: 2 }
     );
+    let first = |pointer: &str| untouched_json(&untouched, pointer);
+    let allowance = serde_json::json!(0.25);
+    assert_eq!(
+        refused("/channels/1/evaluator/allowance", allowance),
+        ResumeError::Test { index: 1 }
+    );
+    assert!(first("/channels/1/evaluator/allowance") == 0.5);
+    assert_eq!(
+        refused("/generators", serde_json::json!([[0.0]])),
+        ResumeError::Count {
+            what: "generators",
+            expected: 2,
+            found: 1
+        }
+    );
     assert_eq!(detector.state(), untouched);
+}
+
+fn untouched_json(state: &DetectorState, pointer: &str) -> f64 {
+    let json = serde_json::to_value(state).unwrap();
+    json.pointer(pointer).unwrap().as_f64().unwrap()
 }
 
 proptest! {

@@ -205,6 +205,83 @@ fn a_deviation_is_told_in_the_outputs_unit() {
     assert!((deviation - 3.0).abs() < error, "{deviation} {error}");
 }
 
+/// However long a step stands, and however far beyond the ceiling of the sum, its size is told: 40
+/// standard deviations, within four of the mean of so many samples.
+#[test]
+fn a_cumulative_sum_knows_a_large_step_for_as_long_as_it_lasts() {
+    let generator = outputs_themselves(&["r"]);
+    let healthy = [residual(1, 3000, false), residual(2, 3000, false)];
+    let kind = StatisticKind::Cusum { allowance: 0.5 };
+    let test = ResidualTest::calibrate("r", &[&generator], &healthy, kind, mean_time(1000.0));
+    let bank = Bank::new("one", vec![generator], vec![test.unwrap()]).unwrap();
+    let mut detector = gt_fdi::Detector::new(&bank);
+    let draws = noise(9, 1200);
+    for (t, draw) in draws.iter().enumerate() {
+        let y = draw + if t >= 200 { 40.0 } else { 0.0 };
+        let verdict = detector.step(t as f64 * HOUR_S, &[], &[y]).unwrap();
+        if t >= 200 {
+            let channel = &verdict.channels[0];
+            let found = channel.deviation.unwrap();
+            // The sum may have begun before the step, by some samples that count as part of it.
+            let age = channel.onset_age.unwrap() as f64;
+            let faulty = (t - 199) as f64;
+            let expected = 40.0 * faulty / age;
+            let tolerance = 4.0 / faulty.sqrt() + 0.05 * expected + 3.0 * (age - faulty) / age;
+            assert!(
+                (found - expected).abs() < tolerance,
+                "{t}: {found} {expected}"
+            );
+        }
+    }
+}
+
+/// A fifth of 500 samples is no window of 125 and what comes after: refused, not set to zero.
+#[test]
+fn records_shorter_than_a_window_are_refused() {
+    let generator = outputs_themselves(&["r"]);
+    let rule = ThresholdRule::Exceedance {
+        share: 0.01,
+        consecutive: 1,
+    };
+    for kind in [
+        StatisticKind::MovingAverage { window: 125 },
+        StatisticKind::ChiSquare { window: 125 },
+        StatisticKind::Variance { window: 125 },
+        StatisticKind::Whiteness {
+            window: 125,
+            lags: 4,
+        },
+    ] {
+        let healthy = [residual(1, 500, false)];
+        let error = ResidualTest::calibrate("r", &[&generator], &healthy, kind, rule);
+        let short = FdiError::ShortFold {
+            needed: 126,
+            found: 100,
+        };
+        assert_eq!(error, Err(short), "{kind:?}");
+    }
+    // An allowance that no healthy sample exceeds leaves a sum of zero, which limits nothing.
+    let kind = StatisticKind::Cusum { allowance: 6.0 };
+    let healthy = [residual(1, 5000, false)];
+    let error = ResidualTest::calibrate("r", &[&generator], &healthy, kind, rule);
+    assert_eq!(
+        error.unwrap_err().to_string(),
+        "threshold: expected a positive finite number, found 0"
+    );
+    let rule = ThresholdRule::MeanTimeBetweenFalseAlarms {
+        hours: 100.0,
+        consecutive: 6,
+    };
+    let kind = StatisticKind::Cusum { allowance: 0.5 };
+    let error = ResidualTest::calibrate("r", &[&generator], &healthy, kind, rule);
+    assert!(
+        error
+            .unwrap_err()
+            .to_string()
+            .starts_with("option `consecutive`: expected 1 where")
+    );
+}
+
 #[test]
 fn a_promise_needs_healthy_running() {
     let generator = outputs_themselves(&["r"]);

@@ -29,6 +29,8 @@ struct Sum {
     value: f64,
     /// Samples since the sum was last zero, the newest included.
     age: u64,
+    /// What they exceeded the allowance by in all, which no ceiling lowers.
+    total: f64,
 }
 
 /// The fields of a [`Cusum`] as they come from a file.
@@ -58,6 +60,7 @@ impl TryFrom<Unchecked> for Cusum {
                 (0.0, 0.0)
             };
             check_state("age", sum.age as f64, youngest, oldest)?;
+            check_state("total", sum.total, sum.value, f64::MAX)?;
         }
         Ok(Self {
             upper: raw.upper,
@@ -122,7 +125,7 @@ impl Cusum {
         (sum.age > 0).then(|| {
             (
                 sum.age,
-                sign * (self.allowance + sum.value / sum.age as f64),
+                sign * (self.allowance + sum.total / sum.age as f64),
             )
         })
     }
@@ -136,12 +139,13 @@ impl Cusum {
 
 impl Sum {
     fn add(&mut self, excess: f64) {
-        let value = self.value + excess;
+        // Never reached by samples in range within any life time; keeps the state finite.
+        let value = (self.value + excess).min(f64::MAX);
         *self = if value > 0.0 {
             Self {
-                // Never reached by samples in range within any life time; keeps the state finite.
-                value: value.min(f64::MAX),
+                value,
                 age: self.age.saturating_add(1),
+                total: (self.total + excess).min(f64::MAX).max(value),
             }
         } else {
             Self::default()
