@@ -127,7 +127,7 @@ def test_a_detector_resumes_bit_for_bit(model, healthy):
     # Without times given, a resumed clock counts on from the last one it had, not from the first.
     assert np.allclose(left.time_s, right.time_s, rtol=1e-14, atol=0.0)
     strange = gtfdi.design(model, healthy, generator="kalman", margin=2.0).detector()
-    with pytest.raises(gtfdi.StepError, match="^state of the detector, test 0: expected the mem"):
+    with pytest.raises(gtfdi.StepError, match="^state of the detector: expected that of this bank"):
         strange.resume(state)
 
 
