@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use gt_core::Dataset;
+use gt_core::{Dataset, Signal};
 
 use crate::FdiError;
 
@@ -81,6 +81,11 @@ impl<'a> Channels<'a> {
         }
         (&self.u, &self.y)
     }
+}
+
+/// The tags of signals.
+pub(super) fn names(signals: &[Signal]) -> Vec<String> {
+    signals.iter().map(|signal| signal.name.clone()).collect()
 }
 
 /// Refuses two sample times that differ by more than rounding.

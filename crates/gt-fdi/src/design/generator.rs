@@ -4,7 +4,7 @@ use gt_core::{Dataset, DimensionError, OperatingPoint, Signal, StateSpace, store
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::channels::Channels;
+use super::channels::{Channels, names};
 use super::kalman::KalmanFilter;
 use super::noise::NoiseCovariance;
 use super::observer::check_single_output;
@@ -255,9 +255,6 @@ impl ResidualGenerator {
     /// # Errors
     /// [`FdiError::MissingTags`] and [`FdiError::SampleTime`] when the record does not fit.
     pub fn residuals(&self, data: &Dataset) -> Result<DMatrix<f64>, FdiError> {
-        let names = |signals: &[Signal]| -> Vec<String> {
-            signals.iter().map(|signal| signal.name.clone()).collect()
-        };
         let (inputs, outputs) = (names(self.inputs()), names(self.outputs()));
         let mut channels = Channels::of(data, self.sample_time_s(), &inputs, &outputs)?;
         let mut generator = self.runtime((0..inputs.len()).collect());

@@ -4,7 +4,7 @@ use gt_core::{Dataset, DimensionError, OperatingPoint, Signal, StateSpace};
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::super::channels::{Channels, check_unique};
+use super::super::channels::{Channels, check_unique, names};
 use super::super::generator::{MAX_SETTLE_SAMPLES, SETTLE_LEVEL};
 use super::super::settling::{settling, spectral_radius};
 use crate::FdiError;
@@ -133,9 +133,6 @@ impl LinearResidual {
     /// # Errors
     /// [`FdiError::MissingTags`] and [`FdiError::SampleTime`] when the record does not fit.
     pub fn residuals(&self, data: &Dataset) -> Result<DMatrix<f64>, FdiError> {
-        let names = |signals: &[Signal]| -> Vec<String> {
-            signals.iter().map(|signal| signal.name.clone()).collect()
-        };
         let (inputs, outputs) = (names(self.inputs()), names(self.outputs()));
         let mut channels = Channels::of(data, self.sample_time_s(), &inputs, &outputs)?;
         let (system, nu) = (&self.system, inputs.len());
