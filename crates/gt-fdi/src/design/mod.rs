@@ -24,6 +24,7 @@
 mod bank;
 mod calibration;
 mod channels;
+mod doubling;
 mod eiv_kalman;
 mod false_alarm;
 mod filter_error;
@@ -42,6 +43,7 @@ mod run_length;
 mod scheduled;
 mod settling;
 mod signature;
+mod small_square;
 mod statistic_kind;
 mod tail;
 mod threshold;

@@ -3,6 +3,7 @@
 use gt_core::DimensionError;
 use nalgebra::{Cholesky, DMatrix};
 
+use super::doubling::doubling;
 use super::filter_error::FilterError;
 use super::gains::{Gains, Process};
 use super::noise::{check_finite, check_symmetric, symmetrised};
@@ -12,7 +13,9 @@ use crate::FdiError;
 /// The largest spectral radius of `A - K C` at which a solution counts as stabilising: slower than
 /// a thousand million samples is not told from never.
 pub const MAX_CLOSED_LOOP_RADIUS: f64 = 1.0 - 1e-9;
-/// The largest relative residual of the equation that is accepted.
+/// The largest relative residual of the equation that is accepted. Where the outputs hardly show a
+/// growing mode, so that `P` is more than some 1e8 times the noise, rounding alone may exceed it:
+/// then nothing is said of `P`.
 pub const MAX_RICCATI_RESIDUAL: f64 = 1e-8;
 /// Doublings after which the equation is given up; `2^40` steps of the recursion.
 pub const MAX_DOUBLINGS: usize = 40;
@@ -23,6 +26,8 @@ const NEWTON_STEPS: usize = 3;
 /// stabilises they converge, quadratically unless an eigenvalue tends to the unit circle, where each
 /// halves its distance: too few steps for that to pass.
 const MOST_NEWTON_STEPS: usize = 12;
+/// The relative residual that is rounding, which no Newton step lessens.
+const ROUNDING_RESIDUAL: f64 = 4.0 * f64::EPSILON;
 /// The relative residual at which no further Newton steps are made.
 const REFINED_RESIDUAL: f64 = 1e-12;
 /// What is added to Q, relative to its norm, for a gain to begin with where the doubling fails.
@@ -114,12 +119,11 @@ impl Riccati {
         }
         let q = process.q + DMatrix::identity(nx, nx) * size;
         let (p, iterations) = reduced(Process { q: &q, ..process }).ok()?;
-        let mut found = Self::judged(process, p, iterations).ok()?;
+        let mut found = Candidate::new(process, p).ok()?;
         for _ in 0..MOST_NEWTON_STEPS {
-            let gains = Gains::of(process, &found.p).ok()?;
-            let p = stein(gains.closed_loop(process), &gains.added(process))?;
-            found = Self::judged(process, p, iterations).ok()?;
+            found = found.refined(process)?;
             if found.relative_residual <= REFINED_RESIDUAL {
+                let found = found.judged(iterations);
                 return (found.spectral_radius <= MAX_CLOSED_LOOP_RADIUS).then_some(found);
             }
         }
@@ -128,22 +132,24 @@ impl Riccati {
 
     fn by_doubling(process: Process) -> Result<Self, FilterError> {
         let (p, iterations) = reduced(process)?;
-        let mut best = Self::judged(process, p, iterations)?;
+        let mut best = Candidate::new(process, p)?;
         for step in 0..MOST_NEWTON_STEPS {
-            if step >= NEWTON_STEPS && best.relative_residual <= REFINED_RESIDUAL {
+            let enough = if step < NEWTON_STEPS {
+                ROUNDING_RESIDUAL
+            } else {
+                REFINED_RESIDUAL
+            };
+            if best.relative_residual <= enough {
                 break;
             }
-            // From a gain that stabilises: P = F P F' + (what the noise adds).
-            let gains = Gains::of(process, &best.p)?;
-            let refined = stein(gains.closed_loop(process), &gains.added(process))
-                .and_then(|p| Self::judged(process, p, iterations).ok());
-            match refined {
+            match best.refined(process) {
                 Some(refined) if refined.relative_residual < best.relative_residual => {
                     best = refined;
                 }
                 _ => break,
             }
         }
+        let best = best.judged(iterations);
         if best.relative_residual <= MAX_RICCATI_RESIDUAL
             && best.spectral_radius <= MAX_CLOSED_LOOP_RADIUS
         {
@@ -157,13 +163,26 @@ impl Riccati {
             })
         }
     }
+}
 
-    /// A candidate with its residual and its closed loop.
-    fn judged(process: Process, p: DMatrix<f64>, iterations: usize) -> Result<Self, FilterError> {
+/// What may be a solution, with what is left of the equation.
+struct Candidate {
+    p: DMatrix<f64>,
+    relative_residual: f64,
+    /// `A - K C`.
+    closed: DMatrix<f64>,
+    /// What the noise adds in a step.
+    added: DMatrix<f64>,
+}
+
+impl Candidate {
+    fn new(process: Process, p: DMatrix<f64>) -> Result<Self, FilterError> {
         let gains = Gains::of(process, &p)?;
+        let (closed, added) = (gains.closed_loop(process), gains.added(process));
         // In Joseph's form, which the rounding of the gain enters as its square only: where an
         // output hardly shows a large P, that of the other form hides the residual.
-        let residual = (gains.next(process, &p) - &p).norm();
+        let next = symmetrised(&(&closed * &p * closed.transpose() + &added));
+        let residual = (next - &p).norm();
         let carried = process.a * &p * process.a.transpose();
         let scale = p.norm().max(carried.norm()).max(process.q.norm());
         Ok(Self {
@@ -172,10 +191,25 @@ impl Riccati {
             } else {
                 residual / scale
             },
-            spectral_radius: spectral_radius(&gains.closed_loop(process)),
             p,
-            iterations,
+            closed,
+            added,
         })
+    }
+
+    /// A Newton step: from a gain that stabilises, `P = F P F' + (what the noise adds)`.
+    fn refined(&self, process: Process) -> Option<Self> {
+        let p = stein(self.closed.clone(), &self.added)?;
+        Self::new(process, p).ok()
+    }
+
+    fn judged(self, iterations: usize) -> Riccati {
+        Riccati {
+            spectral_radius: spectral_radius(&self.closed),
+            relative_residual: self.relative_residual,
+            p: self.p,
+            iterations,
+        }
     }
 }
 
@@ -197,7 +231,7 @@ fn reduced(process: Process) -> Result<(DMatrix<f64>, usize), FilterError> {
     Ok((p + shift * DMatrix::identity(nx, nx), iterations))
 }
 
-type Factor = Cholesky<f64, nalgebra::Dyn>;
+pub(super) type Factor = Cholesky<f64, nalgebra::Dyn>;
 
 /// The factor of R, unless R is singular to within [`SMALLEST_PIVOT`].
 fn well_conditioned(r: &DMatrix<f64>) -> Option<Factor> {
@@ -205,46 +239,6 @@ fn well_conditioned(r: &DMatrix<f64>) -> Option<Factor> {
     let well = (0..r.nrows())
         .all(|row| factor.l_dirty()[(row, row)] >= SMALLEST_PIVOT * r[(row, row)].sqrt());
     well.then_some(factor)
-}
-
-/// Structured doubling of `P = F P (I + G P)^-1 F' + H` with `F = A - S R^-1 C`,
-/// `G = C' R^-1 C`, `H = Q - S R^-1 S'`.
-fn doubling(
-    a: &DMatrix<f64>,
-    c: &DMatrix<f64>,
-    q: &DMatrix<f64>,
-    s: &DMatrix<f64>,
-    r: &Factor,
-) -> Result<(DMatrix<f64>, usize), FilterError> {
-    let nx = a.nrows();
-    let (weighted_c, weighted_s) = (r.solve(c), r.solve(&s.transpose()));
-    let mut f = (a - s * &weighted_c).transpose();
-    let mut g = symmetrised(&(c.transpose() * weighted_c));
-    let mut h = symmetrised(&(q - s * weighted_s));
-    let given_up = |iterations| FilterError::NoSteadySolution {
-        limit: MAX_CLOSED_LOOP_RADIUS,
-        spectral_radius: f64::NAN,
-        relative_residual: f64::NAN,
-        iterations,
-    };
-    for iteration in 1..=MAX_DOUBLINGS {
-        let factor = (DMatrix::identity(nx, nx) + &g * &h).lu();
-        let (Some(of_f), Some(of_g)) = (factor.solve(&f), factor.solve(&g)) else {
-            return Err(given_up(iteration));
-        };
-        let step = symmetrised(&(f.transpose() * &h * &of_f));
-        g = symmetrised(&(&g + &f * of_g * f.transpose()));
-        h += &step;
-        f = &f * of_f;
-        let (change, norm) = (step.norm(), h.norm());
-        if !(change.is_finite() && norm.is_finite()) {
-            return Err(given_up(iteration));
-        }
-        if change <= f64::EPSILON * norm {
-            return Ok((h, iteration));
-        }
-    }
-    Err(given_up(MAX_DOUBLINGS))
 }
 
 /// `X = F X F' + M` by squaring F, or `None` when the sum does not converge.

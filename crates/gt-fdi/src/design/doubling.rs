@@ -1,0 +1,103 @@
+//! Structured doubling of discrete Riccati equations.
+
+use nalgebra::DMatrix;
+
+use super::filter_error::FilterError;
+use super::riccati::{Factor, MAX_CLOSED_LOOP_RADIUS, MAX_DOUBLINGS};
+use super::small_square::SmallSquare;
+
+/// The solution of `P = F P (I + G P)^-1 F' + H` with `F = A - S R^-1 C`, `G = C' R^-1 C`,
+/// `H = Q - S R^-1 S'`, and the doublings spent (E. K.-W. Chu, H.-Y. Fan, W.-W. Lin, C.-S. Wang,
+/// Int. J. Control 77, 2004).
+///
+/// # Errors
+/// [`FilterError::NoSteadySolution`] when it does not converge.
+pub(super) fn doubling(
+    a: &DMatrix<f64>,
+    c: &DMatrix<f64>,
+    q: &DMatrix<f64>,
+    s: &DMatrix<f64>,
+    r: &Factor,
+) -> Result<(DMatrix<f64>, usize), FilterError> {
+    let (weighted_c, weighted_s) = (r.solve(c), r.solve(&s.transpose()));
+    let mut doubled = Doubling::new(
+        SmallSquare::from_matrix(&(a - s * &weighted_c).transpose()),
+        SmallSquare::from_matrix(&(c.transpose() * weighted_c)),
+        SmallSquare::from_matrix(&(q - s * weighted_s)),
+    );
+    let mut iteration = 1;
+    while iteration <= MAX_DOUBLINGS {
+        match doubled.step() {
+            Progress::Further => iteration += 1,
+            Progress::Done => return Ok((doubled.h.to_matrix(), iteration)),
+            Progress::Lost => break,
+        }
+    }
+    Err(FilterError::NoSteadySolution {
+        limit: MAX_CLOSED_LOOP_RADIUS,
+        spectral_radius: f64::NAN,
+        relative_residual: f64::NAN,
+        iterations: iteration.min(MAX_DOUBLINGS),
+    })
+}
+
+/// What a doubling came to.
+enum Progress {
+    Further,
+    Done,
+    /// A singular matrix, or no finite number.
+    Lost,
+}
+
+/// The matrices of the iteration, `F` transposed, and room for what lies between.
+struct Doubling {
+    f: SmallSquare,
+    g: SmallSquare,
+    h: SmallSquare,
+    between: [SmallSquare; 4],
+}
+
+impl Doubling {
+    fn new(f: SmallSquare, mut g: SmallSquare, mut h: SmallSquare) -> Self {
+        g.symmetrise();
+        h.symmetrise();
+        let between = [(); 4].map(|()| f.clone());
+        Self { f, g, h, between }
+    }
+
+    /// `F <- F W F`, `G <- G + F W G F'`, `H <- H + F' H W F`, where `W = (I + G H)^-1`.
+    fn step(&mut self) -> Progress {
+        let Self { f, g, h, between } = self;
+        let [factor, of_f, of_g, room] = between;
+        factor.set_product(g, h);
+        factor.add_identity();
+        of_f.clone_from(f);
+        of_g.clone_from(g);
+        if !factor.solve([&mut *of_f, &mut *of_g]) {
+            return Progress::Lost;
+        }
+        room.set_product(f, of_g);
+        // From here on the factor is room too, and so is W G.
+        let transposed = factor;
+        transposed.set_transpose(f);
+        of_g.set_product(room, transposed);
+        g.add(of_g);
+        g.symmetrise();
+        room.set_product(transposed, h);
+        let change = of_g;
+        change.set_product(room, of_f);
+        change.symmetrise();
+        h.add(change);
+        room.set_product(f, of_f);
+        core::mem::swap(f, room);
+        let (change, norm, left) = (change.norm(), h.norm(), f.norm());
+        if !(change.is_finite() && norm.is_finite()) {
+            return Progress::Lost;
+        }
+        // The next change is no larger than that of the last, F' H F.
+        if change <= f64::EPSILON * norm || left * left <= f64::EPSILON {
+            return Progress::Done;
+        }
+        Progress::Further
+    }
+}
