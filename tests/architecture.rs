@@ -24,7 +24,7 @@ const ROOMS: [(&str, &[&str]); 10] = [
 const GUARDED: [(&str, &[&str]); 16] = [
     ("faer", &["gt-core", "gt-ident", "gt-fdi"]),
     ("clarabel", &["gt-core"]),
-    ("pulp", &["gt-ident", "gt-plant"]),
+    ("pulp", &["gt-fdi", "gt-ident", "gt-plant"]),
     ("libm", &["gt-fdi"]),
     ("tokio", &[]),
     ("mcap", &["gt-log"]),

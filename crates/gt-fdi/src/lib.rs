@@ -60,7 +60,8 @@ pub use runtime::{
     Whiteness, WindowedVariance,
 };
 pub use runtime::{
-    Change, ChannelVerdict, Cusum, Decision, Detector, DetectorState, Estimate, Evaluator,
-    ExceedanceRun, Glr, Modulus, MovingAverage, Persistence, ResumeError, Sides, Sprt,
-    SprtDecision, Statistic, StatisticError, StepError, Verdict, Waveform, WindowedChiSquare,
+    Change, ChannelVerdict, Cusum, CusumFleet, Decision, Detector, DetectorState, Estimate,
+    Evaluator, ExceedanceRun, Fleet, FleetError, Glr, Modulus, MovingAverage, Persistence,
+    ResumeError, Sides, Sprt, SprtDecision, Statistic, StatisticError, StepError, Verdict,
+    Waveform, WindowedChiSquare,
 };

@@ -7,8 +7,8 @@ use std::cell::Cell;
 use gt_core::{OperatingPoint, Signal, StateSpace};
 use gt_fdi::design::{Bank, ResidualGenerator, ResidualTest, ThresholdRule, calibrate};
 use gt_fdi::runtime::{
-    AdaptiveThreshold, Cusum, Detector, Glr, GrowingChiSquare, GrowingVariance, Growth,
-    MovingAverage, RunSum, ShiryaevRoberts, Sides, Sprt, Statistic, Waveform, Whiteness,
+    AdaptiveThreshold, Cusum, CusumFleet, Detector, Fleet, Glr, GrowingChiSquare, GrowingVariance,
+    Growth, MovingAverage, RunSum, ShiryaevRoberts, Sides, Sprt, Statistic, Waveform, Whiteness,
     WindowedChiSquare, WindowedVariance,
 };
 use nalgebra::DMatrix;
@@ -169,4 +169,25 @@ fn no_statistic_allocates() {
     let allocated = COUNT.with(Cell::get) - before;
     assert_eq!(allocated, 0);
     assert!(alarms > 1000, "{alarms}: the record should raise some");
+}
+
+/// Whole registers and single streams, with and without something missing.
+#[test]
+fn no_step_of_a_fleet_allocates() {
+    let (generator, _) = part("p");
+    let (streams, samples) = (37, 5);
+    let mut fleet = Fleet::new(&generator, streams);
+    let u = vec![0.1; samples * 2 * streams];
+    let mut y = vec![0.2; samples * streams];
+    let mut residuals = y.clone();
+    y[3] = f64::NAN;
+    let cusum = Cusum::new(0.5, 5.0, Sides::Both).unwrap();
+    let (mut sums, mut values) = (CusumFleet::new(&cusum, streams), y.clone());
+    let before = COUNT.with(Cell::get);
+    for _ in 0..100 {
+        assert!(fleet.step(&u, &y, &mut residuals).is_ok());
+        assert!(sums.step(&residuals, &mut values).is_ok());
+    }
+    assert_eq!(COUNT.with(Cell::get) - before, 0);
+    assert!(residuals[3].is_nan() && residuals[4].is_finite());
 }

@@ -5,6 +5,7 @@ use std::collections::HashSet;
 use gt_core::{Dataset, Signal};
 
 use crate::FdiError;
+use crate::runtime::Samples;
 
 /// Relative difference up to which two sample times count as one: a sample in a million.
 const SAMPLE_TIME_TOLERANCE: f64 = 1e-6;
@@ -17,6 +18,9 @@ pub(super) struct Channels<'a> {
     outputs: Vec<usize>,
     u: Vec<f64>,
     y: Vec<f64>,
+    /// Rows of the first input and of the first output, where the others follow in their order on
+    /// the same side of the record: then nothing needs copying.
+    firsts: Option<(usize, usize)>,
 }
 
 impl<'a> Channels<'a> {
@@ -54,18 +58,35 @@ impl<'a> Channels<'a> {
             });
         }
         let (u, y) = (vec![0.0; input_rows.len()], vec![0.0; output_rows.len()]);
+        let nu = data.nu();
+        let firsts = first(&input_rows, 0..nu).zip(first(&output_rows, nu..nu + data.ny()));
+        let firsts = firsts.map(|(input, output)| (input, output - nu));
         Ok(Self {
             data,
             inputs: input_rows,
             outputs: output_rows,
             u,
             y,
+            firsts,
         })
     }
 
     /// Inputs and outputs of one sample.
+    #[inline(always)]
     pub(super) fn at(&mut self, sample: usize) -> (&[f64], &[f64]) {
         let nu = self.data.nu();
+        if let Some((first_input, first_output)) = self.firsts {
+            let (u, y) = (self.data.u().as_slice(), self.data.y().as_slice());
+            let input = sample * nu + first_input;
+            let output = sample * self.data.ny() + first_output;
+            let own = (
+                u.get(input..input + self.inputs.len()),
+                y.get(output..output + self.outputs.len()),
+            );
+            if let (Some(u), Some(y)) = own {
+                return (u, y);
+            }
+        }
         let value = |row: usize| {
             if row < nu {
                 self.data.u()[(row, sample)]
@@ -83,9 +104,25 @@ impl<'a> Channels<'a> {
     }
 }
 
+impl Samples for Channels<'_> {
+    #[inline(always)]
+    fn at(&mut self, sample: usize) -> (&[f64], &[f64]) {
+        self.at(sample)
+    }
+}
+
 /// The tags of signals.
 pub(super) fn names(signals: &[Signal]) -> Vec<String> {
     signals.iter().map(|signal| signal.name.clone()).collect()
+}
+
+/// The first of `rows` where they follow each other within `side`.
+fn first(rows: &[usize], side: std::ops::Range<usize>) -> Option<usize> {
+    let first = rows.first().copied().unwrap_or(side.start);
+    let mut pairs = rows.iter().zip(first..);
+    pairs
+        .all(|(&row, expected)| row == expected && side.contains(&row))
+        .then_some(first)
 }
 
 /// Refuses two sample times that differ by more than rounding.

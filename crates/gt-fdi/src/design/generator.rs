@@ -11,7 +11,7 @@ use super::observer::check_single_output;
 use super::placement::PlacedPoles;
 use super::settling::{settling, spectral_radius};
 use crate::FdiError;
-use crate::runtime::{Generator, Matrices};
+use crate::runtime::{Fleet, Generator, Matrices};
 
 /// The share of an initial state error below which a generator has settled.
 pub const SETTLE_LEVEL: f64 = 1e-4;
@@ -256,25 +256,26 @@ impl ResidualGenerator {
     /// [`FdiError::MissingTags`] and [`FdiError::SampleTime`] when the record does not fit.
     pub fn residuals(&self, data: &Dataset) -> Result<DMatrix<f64>, FdiError> {
         let (inputs, outputs) = (names(self.inputs()), names(self.outputs()));
-        let mut channels = Channels::of(data, self.sample_time_s(), &inputs, &outputs)?;
+        let channels = Channels::of(data, self.sample_time_s(), &inputs, &outputs)?;
         let mut generator = self.runtime((0..inputs.len()).collect());
         let mut residuals = DMatrix::zeros(outputs.len(), data.len());
-        for (sample, mut column) in residuals.column_iter_mut().enumerate() {
-            let (u, y) = channels.at(sample);
-            generator.step(u, y, 0, column.as_mut_slice());
-        }
+        generator.run(channels, residuals.as_mut_slice());
         Ok(residuals)
     }
 
     /// The generator in flat arrays; `places` says where its inputs stand among inputs and outputs.
     pub(super) fn runtime(&self, places: Vec<usize>) -> Generator {
+        Generator::new(self.matrices(), places)
+    }
+
+    fn matrices(&self) -> Matrices {
         let (a, b, c, d) = (
             self.model.a(),
             self.model.b(),
             self.model.c(),
             self.model.d(),
         );
-        let matrices = Matrices {
+        Matrices {
             a: by_rows(a),
             b: by_rows(b),
             closed_a: by_rows(&(a - &self.gain * c)),
@@ -284,8 +285,15 @@ impl ResidualGenerator {
             d: by_rows(d),
             u0: self.point.u.as_slice().to_vec(),
             y0: self.point.y.as_slice().to_vec(),
-        };
-        Generator::new(matrices, places)
+        }
+    }
+}
+
+impl Fleet {
+    /// `generator` on as many `streams`, all in its initial state. Inputs and outputs are in the
+    /// order of [`ResidualGenerator::inputs`] and [`ResidualGenerator::outputs`].
+    pub fn new(generator: &ResidualGenerator, streams: usize) -> Self {
+        Self::from_matrices(generator.matrices(), streams)
     }
 }
 

@@ -4,15 +4,32 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
+use super::blocks::{Blocks, LANES};
 use super::fingerprint::Fingerprint;
+use super::kernel::{Kernel, LARGEST_CORRECTION, all_finite, dot, dot_in_order};
+use super::wide::{Simd, Wide, Work};
 
-/// An output further than this from its operating point, in any unit, is judged but kept out of
-/// the state: half of the range of doubles, so that no product with a sane gain overflows.
-const LARGEST_CORRECTION: f64 = 1e150;
-
-/// Rows of a state equation that are summed side by side, so that no sum waits for another.
-const LANES: usize = 8;
-
+/// Does `work` with the numbers of inputs and outputs as constants, 0 where there are more than four.
+macro_rules! of_sizes {
+    ($sizes:expr, $nu:ident, $ny:ident, $work:block) => {
+        of_sizes!(@ $sizes, $nu, $ny, $work, (1 1)(1 2)(1 3)(1 4)(2 1)(2 2)(2 3)(2 4)(3 1)(3 2)
+            (3 3)(3 4)(4 1)(4 2)(4 3)(4 4))
+    };
+    (@ $sizes:expr, $nu:ident, $ny:ident, $work:block, $(($inputs:literal $outputs:literal))*) => {
+        match $sizes {
+            $(($inputs, $outputs) => {
+                const $nu: usize = $inputs;
+                const $ny: usize = $outputs;
+                $work
+            })*
+            _ => {
+                const $nu: usize = 0;
+                const $ny: usize = 0;
+                $work
+            }
+        }
+    };
+}
 /// The numbers of a generator, matrices row by row; `nx` states, `nu` inputs, `ny` outputs.
 pub(crate) struct Matrices {
     /// `A (nx x nx)` of the model.
@@ -48,6 +65,12 @@ pub(crate) enum Update {
     Restarted,
 }
 
+/// Where samples come from.
+pub(crate) trait Samples {
+    /// Inputs and outputs of one sample.
+    fn at(&mut self, sample: usize) -> (&[f64], &[f64]);
+}
+
 /// A residual generator with its state: `r = (y - y0) - C x - D (u - u0)`,
 /// `x+ = (A - K C) x + (B - K D)(u - u0) + K (y - y0)`, which is the paper's eq. 22.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,9 +79,12 @@ pub(crate) struct Generator {
     open: Blocks,
     /// `[B - K D, K, A - K C]`.
     closed: Blocks,
-    /// One row an output.
-    outputs: Box<[OutputRow]>,
-    u0: Vec<f64>,
+    /// `C`, a row an output in blocks of [`LANES`].
+    c: Vec<[f64; LANES]>,
+    /// `D`, row by row.
+    d: Vec<f64>,
+    u0: Box<[f64]>,
+    y0: Box<[f64]>,
     /// Where each input stands among the inputs given to `step` and, after them, the outputs: what
     /// one generator explains, another may use.
     places: Vec<usize>,
@@ -67,14 +93,7 @@ pub(crate) struct Generator {
     next: Vec<[f64; LANES]>,
     /// The deviations of the inputs and of the outputs (nu + ny).
     deviations: Vec<f64>,
-}
-
-/// How an output follows from inputs and state.
-#[derive(Debug, Clone, PartialEq)]
-struct OutputRow {
-    c: Vec<f64>,
-    d: Vec<f64>,
-    y0: f64,
+    wide: Wide,
 }
 
 impl Generator {
@@ -94,39 +113,47 @@ impl Generator {
         } = matrices;
         let (nu, ny) = (u0.len(), y0.len());
         let nx = closed_a.len().isqrt();
-        let open = Blocks::new([&b, &vec![0.0; nx * ny], &a], [nu, ny, nx], nx);
-        let closed = Blocks::new([&closed_b, &gain, &closed_a], [nu, ny, nx], nx);
+        let none = vec![0.0; nx * ny];
+        let open = Blocks::new(&[(&b, nu), (&none, ny)], (&a, nx), nx);
+        let closed = Blocks::new(&[(&closed_b, nu), (&gain, ny)], (&closed_a, nx), nx);
         let blocks = nx.div_ceil(LANES);
-        let row = |(output, &y0): (usize, &f64)| OutputRow {
-            c: c[output * nx..(output + 1) * nx].to_vec(),
-            d: d[output * nu..(output + 1) * nu].to_vec(),
-            y0,
-        };
-        let outputs = y0.iter().enumerate().map(row).collect();
+        let rows = (0..ny).flat_map(|output| {
+            let row = &c[output * nx..(output + 1) * nx];
+            row.chunks(LANES).map(|part| {
+                core::array::from_fn(|lane| part.get(lane).copied().unwrap_or_default())
+            })
+        });
         Self {
             open,
             closed,
-            outputs,
-            u0,
+            c: rows.collect(),
+            d,
+            u0: u0.into(),
+            y0: y0.into(),
             places,
             x: vec![[0.0; LANES]; blocks],
             next: vec![[0.0; LANES]; blocks],
             deviations: vec![0.0; nu + ny],
+            wide: Wide::new(),
         }
     }
 
     /// Number of outputs.
     pub(crate) fn ny(&self) -> usize {
-        self.outputs.len()
+        self.y0.len()
     }
 
     /// Adds its numbers to a fingerprint.
     pub(crate) fn mark(&self, print: &mut Fingerprint) {
-        let rows = self.outputs.iter();
-        let rows = rows.flat_map(|row| row.c.iter().chain(&row.d).chain([&row.y0]));
-        let matrices = [&self.open, &self.closed].into_iter();
-        let matrices = matrices.flat_map(|blocks| blocks.values.as_flattened());
-        for value in self.u0.iter().chain(rows).chain(matrices) {
+        let matrices = self.open.values().chain(self.closed.values());
+        let outputs = self.c.as_flattened().iter().chain(&self.d);
+        for value in self
+            .u0
+            .iter()
+            .chain(&self.y0)
+            .chain(outputs)
+            .chain(matrices)
+        {
             print.add(value.to_bits());
         }
     }
@@ -147,6 +174,13 @@ impl Generator {
         fits
     }
 
+    /// Takes the elements of a state (nx), finite numbers.
+    pub(super) fn set_elements(&mut self, elements: impl Iterator<Item = f64>) {
+        for (own, element) in self.x.as_flattened_mut().iter_mut().zip(elements) {
+            *own = element;
+        }
+    }
+
     /// Back to rest at the operating point.
     pub(crate) fn reset(&mut self) {
         self.x.fill([0.0; LANES]);
@@ -161,8 +195,71 @@ impl Generator {
         first: usize,
         residuals: &mut [f64],
     ) -> Update {
-        let nu = self.u0.len();
-        let Some((du, dy)) = self.deviations.split_at_mut_checked(nu) else {
+        self.wide.run(One {
+            generator: self,
+            sample: (u, y),
+            first,
+            residuals,
+        })
+    }
+
+    /// Takes one sample after the other as [`Generator::step`] does: `samples` gives the inputs and
+    /// the outputs (this generator's own first), and `residuals` (samples x ny) has a place for all.
+    pub(crate) fn run(&mut self, samples: impl Samples, residuals: &mut [f64]) {
+        self.wide.run(Many {
+            generator: self,
+            samples,
+            residuals,
+        });
+    }
+
+    /// As [`Generator::step`], where `NU` and `NY` are the numbers of inputs and outputs, or 0.
+    #[inline(always)]
+    fn step_known<S: Simd, const NU: usize, const NY: usize>(
+        &mut self,
+        simd: S,
+        sample: (&[f64], &[f64]),
+        first: usize,
+        residuals: &mut [f64],
+    ) -> Update {
+        // No closures, which may stay outside the function that may use the instruction set.
+        if let (Some(kernel), Some(x)) = (self.kernel::<NU, NY>(), self.x.first())
+            && let Some(next) = kernel.step(simd, sample, first, x, residuals)
+        {
+            self.x[0] = next;
+            return Update::Residual;
+        }
+        self.step_in(simd, sample, first, residuals)
+    }
+
+    /// The equations of a generator with up to [`LANES`] states and so many inputs and outputs.
+    #[inline(always)]
+    fn kernel<const NU: usize, const NY: usize>(&self) -> Option<Kernel<'_, NU, NY>> {
+        if NU == 0 || self.x.len() != 1 {
+            return None;
+        }
+        let (b, gain, a) = self.closed.parts::<NU, NY>()?;
+        Some(Kernel {
+            b,
+            gain,
+            a,
+            c: self.c.first_chunk()?,
+            d: self.d.as_chunks().0.first_chunk()?,
+            u0: self.u0.first_chunk()?,
+            y0: self.y0.first_chunk()?,
+            places: self.places.first_chunk()?,
+        })
+    }
+
+    #[inline(always)]
+    fn step_in<S: Simd>(
+        &mut self,
+        simd: S,
+        (u, y): (&[f64], &[f64]),
+        first: usize,
+        residuals: &mut [f64],
+    ) -> Update {
+        let Some((du, dy)) = self.deviations.split_at_mut_checked(self.u0.len()) else {
             return self.restarted(residuals);
         };
         for ((du, &place), u0) in du.iter_mut().zip(&self.places).zip(&self.u0) {
@@ -177,30 +274,44 @@ impl Generator {
         if !all_finite(du) {
             return self.restarted(residuals);
         }
-        let Some(y) = y.get(first..first + self.outputs.len()) else {
+        let Some(y) = y.get(first..first + dy.len()) else {
             return self.restarted(residuals);
         };
-        let (mut missing, mut small) = (false, true);
-        let outputs = self.outputs.iter().zip(y).zip(dy.iter_mut());
-        for (((row, &y), dy), residual) in outputs.zip(residuals.iter_mut()) {
-            *dy = y - row.y0;
-            *residual = *dy - dot(&row.c, self.x.as_flattened()) - dot(&row.d, du);
-            if !y.is_finite() {
-                *residual = f64::NAN;
-                missing = true;
-            } else if !residual.is_finite() {
-                return self.restarted(residuals);
-            }
+        let blocks = self.x.len();
+        let expected = (0..dy.len()).map(|output| {
+            let c = self.c.get(output * blocks..).unwrap_or(&[]);
+            let d = self.d.get(output * du.len()..).unwrap_or(&[]);
+            [
+                dot(c.as_flattened(), self.x.as_flattened()),
+                dot_in_order(d, du),
+            ]
+        });
+        let outputs = y.iter().zip(&self.y0).zip(dy.iter_mut());
+        let (mut missing, mut overflow, mut small) = (false, false, true);
+        for (((y, y0), dy), ([of_state, of_inputs], residual)) in
+            outputs.zip(expected.zip(residuals.iter_mut()))
+        {
+            // Never -0: then a term that is 0 has no effect on any residual, wherever it is added.
+            *dy = y - y0 + 0.0;
+            let there = y.is_finite();
+            let value = *dy - of_state - of_inputs;
+            *residual = if there { value } else { f64::NAN };
+            missing |= !there;
+            overflow |= there & !value.is_finite();
             small &= dy.abs() <= LARGEST_CORRECTION;
         }
+        if overflow {
+            return self.restarted(residuals);
+        }
         if small && !missing {
-            self.closed.times(&self.deviations, &self.x, &mut self.next);
+            self.closed
+                .times(simd, &self.deviations, &self.x, &mut self.next);
             if all_finite(self.next.as_flattened()) {
                 core::mem::swap(&mut self.x, &mut self.next);
                 return Update::Residual;
             }
         }
-        if !self.predict() {
+        if !self.predict(simd) {
             return self.restarted(residuals);
         }
         if missing {
@@ -217,11 +328,13 @@ impl Generator {
     }
 
     /// `x+ = A x + B (u - u0)`, without a correction; says `false` on overflow.
-    fn predict(&mut self) -> bool {
+    #[inline(always)]
+    fn predict<S: Simd>(&mut self, simd: S) -> bool {
         if let Some(dy) = self.deviations.get_mut(self.u0.len()..) {
             dy.fill(0.0);
         }
-        self.open.times(&self.deviations, &self.x, &mut self.next);
+        self.open
+            .times(simd, &self.deviations, &self.x, &mut self.next);
         let finite = all_finite(self.next.as_flattened());
         if finite {
             core::mem::swap(&mut self.x, &mut self.next);
@@ -230,67 +343,70 @@ impl Generator {
     }
 }
 
-/// A matrix in blocks of [`LANES`] rows, each block column by column, zeros below the last row:
-/// a product adds whole columns, and a row's terms in the order of the columns.
-#[derive(Debug, Clone, PartialEq)]
-struct Blocks {
-    columns: usize,
-    values: Vec<[f64; LANES]>,
+/// One sample of a generator.
+struct One<'a> {
+    generator: &'a mut Generator,
+    sample: (&'a [f64], &'a [f64]),
+    first: usize,
+    residuals: &'a mut [f64],
 }
 
-impl Blocks {
-    /// The matrix with `parts` side by side, each row by row and `widths` wide.
-    fn new(parts: [&[f64]; 3], widths: [usize; 3], rows: usize) -> Self {
-        let columns = widths.iter().sum();
-        let mut values = Vec::with_capacity(rows.div_ceil(LANES) * columns);
-        for first in (0..rows).step_by(LANES) {
-            for (part, width) in parts.into_iter().zip(widths) {
-                for column in 0..width {
-                    values.push(core::array::from_fn(|lane| {
-                        let row = first + lane;
-                        if row < rows {
-                            part[row * width + column]
-                        } else {
-                            0.0
-                        }
-                    }));
+impl Work for One<'_> {
+    type Output = Update;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Update {
+        let (nu, ny) = (self.generator.u0.len(), self.generator.y0.len());
+        let (generator, sample) = (self.generator, self.sample);
+        of_sizes!((nu, ny), NU, NY, {
+            generator.step_known::<S, NU, NY>(simd, sample, self.first, self.residuals)
+        })
+    }
+}
+
+/// Samples of a generator one after the other.
+struct Many<'a, T> {
+    generator: &'a mut Generator,
+    samples: T,
+    residuals: &'a mut [f64],
+}
+
+impl<T: Samples> Work for Many<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        let (nu, ny) = (self.generator.u0.len(), self.generator.y0.len());
+        let (generator, samples) = (self.generator, &mut self.samples);
+        let mut own = self.residuals.chunks_exact_mut(ny.max(1)).enumerate();
+        of_sizes!((nu, ny), NU, NY, {
+            while let Some((index, residuals)) = own.next() {
+                let sample = samples.at(index);
+                if generator.step_known::<S, NU, NY>(simd, sample, 0, residuals) != Update::Residual
+                {
+                    continue;
+                }
+                // Until one fails, the kernel and the state stay at hand.
+                let Some(kernel) = generator.kernel::<NU, NY>() else {
+                    continue;
+                };
+                let Some(&(mut x)) = generator.x.first() else {
+                    continue;
+                };
+                let mut failed = None;
+                for (index, residuals) in own.by_ref() {
+                    let next = kernel.step(simd, samples.at(index), 0, &x, residuals);
+                    let Some(next) = next else {
+                        failed = Some((index, residuals));
+                        break;
+                    };
+                    x = next;
+                }
+                generator.x[0] = x;
+                if let Some((index, residuals)) = failed {
+                    generator.step_in(simd, samples.at(index), 0, residuals);
                 }
             }
-        }
-        Self { columns, values }
+        });
     }
-
-    /// `next = matrix [known; x]`; `known` comes first because the sums can begin with it while
-    /// `x` is still being computed.
-    fn times(&self, known: &[f64], x: &[[f64; LANES]], next: &mut [[f64; LANES]]) {
-        let blocks = self.values.chunks_exact(self.columns);
-        for (block, next) in blocks.zip(next) {
-            let (of_known, of_state) = block.split_at(known.len());
-            let mut sums = [0.0; LANES];
-            add_columns(&mut sums, of_known, known);
-            add_columns(&mut sums, of_state, x.as_flattened());
-            *next = sums;
-        }
-    }
-}
-
-fn add_columns(sums: &mut [f64; LANES], columns: &[[f64; LANES]], factors: &[f64]) {
-    for (column, factor) in columns.iter().zip(factors) {
-        for (sum, value) in sums.iter_mut().zip(column) {
-            *sum += value * factor;
-        }
-    }
-}
-
-fn dot(left: &[f64], right: &[f64]) -> f64 {
-    left.iter()
-        .zip(right)
-        .fold(0.0, |sum, (left, right)| sum + left * right)
-}
-
-/// Looks at all values, which costs less than stopping early.
-fn all_finite(values: &[f64]) -> bool {
-    values
-        .iter()
-        .fold(true, |finite, value| finite & value.is_finite())
 }

@@ -7,15 +7,20 @@
 // What only the design half makes and calls is idle without it.
 #![cfg_attr(not(feature = "design"), allow(dead_code, unused_imports))]
 
+mod blocks;
 mod channel;
+mod columns;
 mod detector;
 mod detector_state;
 mod evaluator;
 mod exceedance_run;
 mod fingerprint;
+mod fleet;
 mod generator;
+mod kernel;
 mod statistics;
 mod whitener;
+mod wide;
 
 pub use channel::ChannelVerdict;
 pub(crate) use channel::{Channel, ChannelParts};
@@ -24,8 +29,10 @@ pub use detector::{Detector, StepError, Verdict};
 pub use detector_state::{DetectorState, ResumeError};
 pub use evaluator::{Estimate, Evaluator, Modulus};
 pub use exceedance_run::{ExceedanceRun, Persistence};
-pub(crate) use generator::{Generator, Matrices, Update};
+pub use fleet::{Fleet, FleetError};
+pub(crate) use generator::{Generator, Matrices, Samples, Update};
 pub use statistics::AdaptiveThreshold;
+pub use statistics::CusumFleet;
 pub use statistics::RunSum;
 pub use statistics::ShiryaevRoberts;
 pub use statistics::WindowedVariance;

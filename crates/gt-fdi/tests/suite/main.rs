@@ -33,6 +33,8 @@ mod false_alarm_times;
 #[cfg(test)]
 mod fixtures;
 #[cfg(test)]
+mod fleet;
+#[cfg(test)]
 mod generator;
 #[cfg(test)]
 mod growing_window;

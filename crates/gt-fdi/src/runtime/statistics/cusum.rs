@@ -90,6 +90,16 @@ impl Cusum {
         })
     }
 
+    /// The allowance in standard deviations.
+    pub fn allowance(&self) -> f64 {
+        self.allowance
+    }
+
+    /// The sides that count.
+    pub fn sides(&self) -> Sides {
+        self.sides
+    }
+
     /// The sum of what rises; 0 with [`Sides::Lower`].
     pub fn upper(&self) -> f64 {
         self.upper.value
@@ -139,16 +149,17 @@ impl Cusum {
 
 impl Sum {
     fn add(&mut self, excess: f64) {
-        // Never reached by samples in range within any life time; keeps the state finite.
+        // The upper end is never reached by samples in range within any life time; it keeps the
+        // state finite.
         let value = (self.value + excess).min(f64::MAX);
-        *self = if value > 0.0 {
-            Self {
-                value,
-                age: self.age.saturating_add(1),
-                total: (self.total + excess).min(f64::MAX).max(value),
-            }
-        } else {
-            Self::default()
+        let total = (self.total + excess).min(f64::MAX).max(value);
+        // All ones where the value is above 0, else all zeros, from the sign of its negative: in
+        // healthy running nobody could guess a branch, and of a comparison the compiler makes one.
+        let kept = ((0.0 - value).to_bits().cast_signed() >> 63).cast_unsigned();
+        *self = Self {
+            value: value.max(0.0),
+            age: self.age.saturating_add(1) & kept,
+            total: f64::from_bits(total.to_bits() & kept),
         };
     }
 }

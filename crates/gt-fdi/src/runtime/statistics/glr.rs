@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 
 use serde::{Deserialize, Serialize};
 
+use super::super::wide::{Simd, Wide, Work, lanes_of, registers};
 use super::history::History;
 use super::statistic::{LARGEST_SAMPLE, Statistic};
 use super::{Sides, StatisticError, Waveform, check_state, check_threshold, check_window};
@@ -28,21 +29,26 @@ pub struct Glr {
     largest: f64,
     threshold: f64,
     sides: Sides,
-    /// Ascending.
-    windows: Box<[Window]>,
+    /// Ascending, the last one as often as fills its group.
+    windows: Box<[Windows]>,
     history: History,
+    wide: Wide,
     value: f64,
     change: Option<Change>,
 }
 
-/// The last samples, as many as `length`.
+/// Windows that are judged side by side.
+const GROUP: usize = 8;
+
+/// Some windows over the last samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Window {
-    length: usize,
+struct Windows {
+    /// In samples.
+    length: [usize; GROUP],
     /// `E`.
-    energy: f64,
+    energy: [f64; GROUP],
     /// `1 / E`.
-    inverse: f64,
+    inverse: [f64; GROUP],
 }
 
 /// The likeliest fault.
@@ -133,16 +139,17 @@ impl Glr {
         }
         check_window(longest)?;
         check_threshold(threshold)?;
-        let windows = lengths(longest)
-            .map(|length| {
-                let energy = waveform.energy(length as f64);
-                Window {
-                    length,
-                    energy,
-                    inverse: energy.recip(),
-                }
-            })
-            .collect();
+        let all: Vec<usize> = lengths(longest).collect();
+        let windows = all.chunks(GROUP).map(|group| {
+            let length = core::array::from_fn(|lane| group.get(lane).copied().unwrap_or(longest));
+            let energy = length.map(|length| waveform.energy(length as f64));
+            Windows {
+                length,
+                energy,
+                inverse: energy.map(f64::recip),
+            }
+        });
+        let windows = windows.collect();
         Ok(Self {
             waveform,
             smallest,
@@ -151,6 +158,7 @@ impl Glr {
             sides,
             windows,
             history: History::new(longest),
+            wide: Wide::new(),
             value: 0.0,
             change: None,
         })
@@ -159,7 +167,10 @@ impl Glr {
     /// The lengths of the windows in samples, ascending: 1, 2, 3, 4, 6, 8, 11, 16, ..., each about
     /// the square root of two times the one before, and the longest.
     pub fn windows(&self) -> impl Iterator<Item = usize> + '_ {
-        self.windows.iter().map(|window| window.length)
+        let lengths = self.windows.iter().flat_map(|group| group.length);
+        let longest = self.history.longest();
+        let below = lengths.take_while(move |&length| length < longest);
+        below.chain(core::iter::once(longest))
     }
 
     /// The likeliest fault; `None` while no fault is likelier than none.
@@ -177,30 +188,88 @@ impl Glr {
     }
 
     fn judge(&mut self) {
-        let (mut value, mut likeliest) = (0.0, None);
-        for window in &self.windows {
-            let Some((sum, moment)) = self.history.window(window.length) else {
-                break;
-            };
-            let signed = match self.waveform {
-                Waveform::Step => sum,
-                Waveform::Ramp => moment,
-            };
-            let agreement = self.sides.fold(signed);
-            let size = (agreement * window.inverse)
-                .max(self.smallest)
-                .min(self.largest);
-            let ratio = size * (agreement - 0.5 * size * window.energy);
-            if ratio > value {
-                value = ratio;
-                likeliest = Some((window.length, signed, size));
-            }
-        }
+        let wide = self.wide;
+        let (value, likeliest) = wide.run(Judge(self));
         self.value = value;
         self.change = likeliest.map(|(age, signed, size)| Change {
             age,
             size: if signed < 0.0 { -size } else { size },
         });
+    }
+}
+
+/// The largest ratio over all windows, with its window, what was summed over it and the size.
+struct Judge<'a>(&'a Glr);
+
+impl Work for Judge<'_> {
+    type Output = (f64, Option<(usize, f64, f64)>);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Self(glr) = self;
+        let splat = |value| simd.splat_f64s(value);
+        let (smallest, largest, half) = (splat(glr.smallest), splat(glr.largest), splat(0.5));
+        let newest = glr.history.newest();
+        let (p, q) = (splat(newest.0), splat(newest.1));
+        // Of each lane the largest ratio so far, its group, what was summed and the size.
+        let mut best = [[splat(0.0); GROUP]; 4];
+        for (group, windows) in glr.windows.iter().enumerate() {
+            let [mut before, mut p_before, mut q_before] = [[0.0; GROUP]; 3];
+            for (lane, &length) in windows.length.iter().enumerate() {
+                let (samples, sums) = glr.history.before(length);
+                before[lane] = samples as f64;
+                (p_before[lane], q_before[lane]) = sums;
+            }
+            for register in 0..GROUP / S::F64_LANES {
+                let of = |values: &[f64; GROUP]| registers::<S>(values)[register];
+                let sum = simd.sub_f64s(p, of(&p_before));
+                let found = match glr.waveform {
+                    Waveform::Step => sum,
+                    Waveform::Ramp => {
+                        let moment = simd.sub_f64s(q, of(&q_before));
+                        simd.sub_f64s(moment, simd.mul_f64s(of(&before), sum))
+                    }
+                };
+                let agreement = match glr.sides {
+                    Sides::Upper => found,
+                    Sides::Lower => simd.neg_f64s(found),
+                    Sides::Both => simd.abs_f64s(found),
+                };
+                let likely = simd.mul_f64s(agreement, of(&windows.inverse));
+                let size = simd.min_f64s(simd.max_f64s(likely, smallest), largest);
+                let cost = simd.mul_f64s(simd.mul_f64s(half, size), of(&windows.energy));
+                let ratio = simd.mul_f64s(size, simd.sub_f64s(agreement, cost));
+                let larger = simd.less_than_f64s(best[0][register], ratio);
+                for (best, new) in best
+                    .iter_mut()
+                    .zip([ratio, splat(group as f64), found, size])
+                {
+                    best[register] = simd.select_f64s(larger, new, best[register]);
+                }
+            }
+        }
+        let lanes = best.map(|registers| {
+            let mut lanes = [0.0; GROUP];
+            let used = lanes_of::<S>(&registers);
+            lanes.copy_from_slice(&used[..GROUP]);
+            lanes
+        });
+        let [ratios, groups, signed, sizes] = &lanes;
+        let value = ratios.iter().copied().fold(0.0, f64::max);
+        let mut first = None;
+        if value > 0.0 {
+            for lane in (0..GROUP).filter(|&lane| ratios[lane] >= value) {
+                if first.is_none_or(|first: usize| groups[lane] < groups[first]) {
+                    first = Some(lane);
+                }
+            }
+        }
+        let likeliest = first.and_then(|lane| {
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a small index
+            let windows = glr.windows.get(groups[lane] as usize)?;
+            Some((windows.length[lane], signed[lane], sizes[lane]))
+        });
+        (value, likeliest)
     }
 }
 

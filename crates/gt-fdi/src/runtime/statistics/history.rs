@@ -76,14 +76,19 @@ impl History {
         }
     }
 
-    /// `sum r` and `sum j r` over the last `window` samples, where `j = 1` is the oldest of them;
-    /// `None` when there are not as many samples.
-    pub(super) fn window(&self, window: usize) -> Option<(f64, f64)> {
-        let before = self.filled.checked_sub(window)?;
-        let (p, q) = self.sums.get(self.filled)?;
-        let (p_before, q_before) = self.sums.get(before)?;
-        let sum = p - p_before;
-        Some((sum, (q - q_before) - before as f64 * sum))
+    /// `(P, Q)` after the newest sample.
+    #[inline(always)]
+    pub(super) fn newest(&self) -> (f64, f64) {
+        self.sums.get(self.filled).copied().unwrap_or_default()
+    }
+
+    /// How many samples stand before a window of the last ones, and `(P, Q)` there: `sum r` over the
+    /// window is the difference `P' - P`, and `sum j r`, where `j = 1` is its oldest,
+    /// `(Q' - Q) - before (P' - P)`. A window longer than what is kept has no samples.
+    #[inline(always)]
+    pub(super) fn before(&self, window: usize) -> (usize, (f64, f64)) {
+        let before = self.filled.checked_sub(window).unwrap_or(self.filled);
+        (before, self.sums.get(before).copied().unwrap_or_default())
     }
 
     pub(super) fn reset(&mut self) {

@@ -3,6 +3,7 @@
 mod adaptive_threshold;
 mod chi_square;
 mod cusum;
+mod cusum_fleet;
 mod error;
 mod glr;
 mod growing_chi_square;
@@ -26,6 +27,7 @@ mod windowed_variance;
 pub use adaptive_threshold::AdaptiveThreshold;
 pub use chi_square::WindowedChiSquare;
 pub use cusum::Cusum;
+pub use cusum_fleet::CusumFleet;
 pub use error::StatisticError;
 pub use glr::{Change, Glr};
 pub use growing_chi_square::GrowingChiSquare;

@@ -1,0 +1,369 @@
+//! One generator on many streams at once.
+
+use alloc::boxed::Box;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::ops::Range;
+
+use thiserror::Error;
+
+use super::columns::{Columns, MOST_SIGNALS, MOST_STATES};
+use super::wide::{Simd, Wide, Work, lanes_of, registers, registers_mut};
+use super::{Generator, Matrices};
+
+/// Streams whose states lie together: the lanes of the widest register.
+const TILE: usize = 8;
+/// Samples that the streams of a register take before those of the next: few enough that the caches
+/// read ahead in all of them, enough that states are seldom loaded.
+const BLOCK: usize = 2;
+/// Deviations and states up to this are computed many at once without looking at each result.
+const SAFE: f64 = 1e100;
+/// How much larger than [`SAFE`] everything may become meanwhile; far from the largest double.
+const HEADROOM: f64 = 1e190;
+
+/// One state of the streams of a tile, where a register never lies across two lines of the cache.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct Lanes([f64; TILE]);
+
+impl Lanes {
+    const ZERO: Self = Self([0.0; TILE]);
+}
+
+/// Samples of another size than the fleet's; nothing was taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("{what} of the fleet: expected {expected} numbers, found {found}")]
+pub struct FleetError {
+    /// Inputs, outputs, residuals or values.
+    pub what: &'static str,
+    /// The numbers that there should be.
+    pub expected: usize,
+    /// The numbers found.
+    pub found: usize,
+}
+
+impl FleetError {
+    pub(super) fn check(what: &'static str, expected: usize, found: usize) -> Result<(), Self> {
+        if expected == found {
+            return Ok(());
+        }
+        Err(Self {
+            what,
+            expected,
+            found,
+        })
+    }
+}
+
+/// One residual generator on many streams, such as machines of one type; made by
+/// `Fleet::new(&generator, streams)`.
+///
+/// The residuals are those of the generator on each stream by itself, bit for bit: missing outputs
+/// are predicted over, missing inputs and overflow put a stream back to its initial state, and none
+/// of it touches the others (see [`Detector`](super::Detector)). Nothing is allocated after
+/// construction.
+///
+/// Streams lie side by side: of each sample, of each signal, the values of all streams.
+#[derive(Debug, Clone)]
+pub struct Fleet {
+    streams: usize,
+    /// For one stream that needs a look at every result.
+    single: Generator,
+    columns: Columns,
+    u0: Box<[f64]>,
+    y0: Box<[f64]>,
+    /// Number of states.
+    nx: usize,
+    /// Samples in a row that cannot overflow from [`SAFE`], up to [`BLOCK`].
+    horizon: usize,
+    /// The states of each tile of streams (tiles x nx).
+    states: Vec<Lanes>,
+    /// A sample of one stream: its inputs, outputs and residuals.
+    sample: [Vec<f64>; 3],
+    wide: Wide,
+}
+
+impl Fleet {
+    /// All streams at rest at the operating point.
+    pub(crate) fn from_matrices(matrices: Matrices, streams: usize) -> Self {
+        let (nu, ny) = (matrices.u0.len(), matrices.y0.len());
+        let nx = matrices.closed_a.len().isqrt();
+        let columns = Columns::new(&matrices);
+        let (growth, of_residual) = columns.growth(nx);
+        let mut horizon = 0;
+        let mut reached = of_residual * growth;
+        let small = nx <= MOST_STATES && nu + ny <= MOST_SIGNALS;
+        while horizon < BLOCK && reached <= HEADROOM && small {
+            horizon += 1;
+            reached *= growth;
+        }
+        Self {
+            streams,
+            columns,
+            u0: matrices.u0.as_slice().into(),
+            y0: matrices.y0.as_slice().into(),
+            single: Generator::new(matrices, (0..nu).collect()),
+            nx,
+            horizon,
+            states: vec![Lanes::ZERO; streams.div_ceil(TILE) * nx],
+            sample: [vec![0.0; nu], vec![0.0; ny], vec![0.0; ny]],
+            wide: Wide::new(),
+        }
+    }
+
+    /// Number of streams.
+    pub fn streams(&self) -> usize {
+        self.streams
+    }
+
+    /// All streams back to rest at the operating point.
+    pub fn reset(&mut self) {
+        self.states.fill(Lanes::ZERO);
+    }
+
+    /// Takes the next sample or samples of all streams: the inputs `u` (samples x nu x streams), the
+    /// outputs `y` (samples x ny x streams), the streams of a signal side by side, in the units of
+    /// the model, NaN where there is no valid sample. Writes the `residuals` (samples x ny x
+    /// streams) in the outputs' units, NaN where there is none.
+    ///
+    /// Many samples at once are faster than one after the other, and the same.
+    ///
+    /// # Errors
+    /// [`FleetError`] when the outputs are no whole number of samples, or inputs or residuals are
+    /// not as many.
+    pub fn step(&mut self, u: &[f64], y: &[f64], residuals: &mut [f64]) -> Result<(), FleetError> {
+        let width = self.y0.len() * self.streams;
+        let samples = y.len().checked_div(width).unwrap_or(0);
+        FleetError::check("outputs", samples * width, y.len())?;
+        FleetError::check("inputs", samples * self.u0.len() * self.streams, u.len())?;
+        FleetError::check("residuals", y.len(), residuals.len())?;
+        self.wide.run(Samples {
+            fleet: self,
+            count: samples,
+            u,
+            y,
+            residuals,
+        });
+        Ok(())
+    }
+}
+
+/// The next samples of all streams.
+struct Samples<'a> {
+    fleet: &'a mut Fleet,
+    count: usize,
+    u: &'a [f64],
+    y: &'a [f64],
+    residuals: &'a mut [f64],
+}
+
+impl Work for Samples<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        macro_rules! of_sizes {
+            ($inputs:tt; $($nx:literal)*) => {
+                match self.fleet.nx {
+                    _ if self.fleet.horizon == 0 => self.take_one_by_one(),
+                    $($nx => of_sizes!(@ $nx $inputs),)*
+                    _ => self.take_one_by_one(),
+                }
+            };
+            (@ $nx:literal ($($nu:literal)*)) => {
+                match self.fleet.u0.len() {
+                    $($nu if self.fleet.columns.canonical() => {
+                        self.take(simd, Self::canonical_block::<S, $nx, $nu>);
+                    })*
+                    _ => self.take(simd, Self::block::<S, $nx>),
+                }
+            };
+        }
+        of_sizes!((1 2 3 4); 1 2 3 4 5 6 7 8 9 10 11 12);
+    }
+}
+
+impl Samples<'_> {
+    /// Every stream by itself.
+    #[inline(never)]
+    fn take_one_by_one(&mut self) {
+        for stream in 0..self.fleet.streams {
+            self.take_one(0..self.count, stream);
+        }
+    }
+
+    /// Takes samples of one stream with a look at every result.
+    #[inline(never)]
+    fn take_one(&mut self, samples: Range<usize>, stream: usize) {
+        let fleet = &mut *self.fleet;
+        let first = stream / TILE * fleet.nx;
+        let states = &mut fleet.states[first..first + fleet.nx];
+        let single = &mut fleet.single;
+        single.set_elements(states.iter().map(|x| x.0[stream % TILE]));
+        let [u, y, residuals] = &mut fleet.sample;
+        for sample in samples {
+            let of = |all: &[f64], own: &mut [f64]| {
+                let begin = sample * own.len() * fleet.streams + stream;
+                let all = all.iter().skip(begin).step_by(fleet.streams);
+                for (own, value) in own.iter_mut().zip(all) {
+                    *own = *value;
+                }
+            };
+            of(self.u, u);
+            of(self.y, y);
+            single.step(u, y, 0, residuals);
+            let begin = sample * residuals.len() * fleet.streams + stream;
+            let places = self.residuals.iter_mut().skip(begin);
+            for (place, residual) in places.step_by(fleet.streams).zip(residuals.iter()) {
+                *place = *residual;
+            }
+        }
+        for (x, value) in states.iter_mut().zip(single.state()) {
+            x.0[stream % TILE] = *value;
+        }
+    }
+
+    /// Takes all samples by `block`, which takes those of the streams of one register.
+    #[inline(always)]
+    fn take<S: Simd>(&mut self, simd: S, block: impl Fn(&mut Self, S, &Range<usize>, usize)) {
+        let streams = self.fleet.streams;
+        let whole = streams - streams % S::F64_LANES;
+        for begin in (0..self.count).step_by(self.fleet.horizon) {
+            let samples = begin..self.count.min(begin + self.fleet.horizon);
+            for first in (0..whole).step_by(S::F64_LANES) {
+                block(self, simd, &samples, first);
+            }
+            for stream in whole..streams {
+                self.take_one(samples.clone(), stream);
+            }
+        }
+    }
+
+    /// Takes a block of samples of the streams of one register.
+    #[inline(always)]
+    fn block<S: Simd, const NX: usize>(&mut self, simd: S, block: &Range<usize>, first: usize) {
+        let fleet = &mut *self.fleet;
+        let (columns, streams) = (&fleet.columns, fleet.streams);
+        let (nu, ny) = (fleet.u0.len(), fleet.y0.len());
+        let register = first % TILE / S::F64_LANES;
+        let tile = first / TILE * NX;
+        let mut x = [simd.splat_f64s(0.0); NX];
+        // A sum of moduli is safe when all are, and NaN or infinite when one is.
+        let mut sizes = simd.splat_f64s(0.0);
+        for (x, lanes) in x.iter_mut().zip(&fleet.states[tile..tile + NX]) {
+            *x = registers::<S>(&lanes.0)[register];
+            sizes = simd.add_f64s(sizes, simd.abs_f64s(*x));
+        }
+        let mut known = [simd.splat_f64s(0.0); MOST_SIGNALS];
+        let known = &mut known[..nu + ny];
+        let (mut of_u, mut of_y) = (
+            block.start * nu * streams + first,
+            block.start * ny * streams + first,
+        );
+        for _ in block.clone() {
+            let (du, dy) = known.split_at_mut(nu);
+            for (value, u0) in du.iter_mut().zip(&fleet.u0) {
+                *value = deviation(simd, &self.u[of_u..of_u + S::F64_LANES], *u0);
+                sizes = simd.add_f64s(sizes, simd.abs_f64s(*value));
+                of_u += streams;
+            }
+            for (output, (value, y0)) in dy.iter_mut().zip(&fleet.y0).enumerate() {
+                let own = of_y..of_y + S::F64_LANES;
+                *value = deviation(simd, &self.y[own.clone()], *y0);
+                sizes = simd.add_f64s(sizes, simd.abs_f64s(*value));
+                let [of_state, of_inputs] = columns.expected::<S, NX>(simd, output, du, &x);
+                let residual = simd.sub_f64s(simd.sub_f64s(*value, of_state), of_inputs);
+                registers_mut::<S>(&mut self.residuals[own])[0] = residual;
+                of_y += streams;
+            }
+            x = columns.next::<S, NX>(simd, known, &x);
+        }
+        self.keep(simd, block, first, x, sizes);
+    }
+
+    /// As [`Samples::block`], of a generator in canonical form.
+    #[inline(always)]
+    fn canonical_block<S: Simd, const NX: usize, const NU: usize>(
+        &mut self,
+        simd: S,
+        block: &Range<usize>,
+        first: usize,
+    ) {
+        let fleet = &mut *self.fleet;
+        let streams = fleet.streams;
+        let register = first % TILE / S::F64_LANES;
+        let tile = first / TILE * NX;
+        let form = fleet.columns.canonical_form::<NX, NU>();
+        let (Some(form), Some(&u0), Some(&y0)) =
+            (form, fleet.u0.first_chunk::<NU>(), fleet.y0.first())
+        else {
+            return;
+        };
+        let mut x = [simd.splat_f64s(0.0); NX];
+        let mut sizes = simd.splat_f64s(0.0);
+        for (x, lanes) in x.iter_mut().zip(&fleet.states[tile..tile + NX]) {
+            *x = registers::<S>(&lanes.0)[register];
+            sizes = simd.add_f64s(sizes, simd.abs_f64s(*x));
+        }
+        let u = &self.u[block.start * NU * streams..block.end * NU * streams];
+        let y = &self.y[block.start * streams..block.end * streams];
+        let residuals = &mut self.residuals[block.start * streams..block.end * streams];
+        let samples = u.chunks_exact(NU * streams).zip(y.chunks_exact(streams));
+        let own = first..first + S::F64_LANES;
+        for ((u, y), residuals) in samples.zip(residuals.chunks_exact_mut(streams)) {
+            let mut du = [simd.splat_f64s(0.0); NU];
+            for (input, du) in du.iter_mut().enumerate() {
+                let begin = input * streams + first;
+                *du = deviation(simd, &u[begin..begin + S::F64_LANES], u0[input]);
+                sizes = simd.add_f64s(sizes, simd.abs_f64s(*du));
+            }
+            let dy = deviation(simd, &y[own.clone()], y0);
+            sizes = simd.add_f64s(sizes, simd.abs_f64s(dy));
+            let (residual, next) = form.step(simd, &du, dy, &x);
+            registers_mut::<S>(&mut residuals[own.clone()])[0] = residual;
+            x = next;
+        }
+        self.keep(simd, block, first, x, sizes);
+    }
+
+    /// Keeps the states `x` of the streams of one register after a block of samples; those whose
+    /// `sizes` are not safe take the samples again, one by one.
+    #[inline(always)]
+    fn keep<S: Simd, const NX: usize>(
+        &mut self,
+        simd: S,
+        block: &Range<usize>,
+        first: usize,
+        x: [S::f64s; NX],
+        sizes: S::f64s,
+    ) {
+        let register = first % TILE / S::F64_LANES;
+        let tile = first / TILE * NX;
+        let states = &mut self.fleet.states[tile..tile + NX];
+        if simd.reduce_sum_f64s(sizes) <= SAFE {
+            for (lanes, x) in states.iter_mut().zip(x) {
+                registers_mut::<S>(&mut lanes.0)[register] = x;
+            }
+            return;
+        }
+        let next = lanes_of::<S>(&x);
+        for (lane, size) in lanes_of::<S>(&[sizes]).iter().enumerate() {
+            let stream = first + lane;
+            if *size <= SAFE {
+                let states = self.fleet.states[tile..tile + NX].iter_mut();
+                for (x, next) in states.zip(next.iter().skip(lane).step_by(S::F64_LANES)) {
+                    x.0[stream % TILE] = *next;
+                }
+            } else {
+                self.take_one(block.clone(), stream);
+            }
+        }
+    }
+}
+
+/// `values - origin`, never -0.
+#[inline(always)]
+fn deviation<S: Simd>(simd: S, values: &[f64], origin: f64) -> S::f64s {
+    let (origin, zero) = (simd.splat_f64s(origin), simd.splat_f64s(0.0));
+    simd.add_f64s(simd.sub_f64s(registers::<S>(values)[0], origin), zero)
+}
