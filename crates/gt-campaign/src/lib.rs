@@ -7,6 +7,7 @@
 
 mod bank_design;
 mod error;
+pub mod isolation;
 pub mod paper;
 mod progress;
 pub mod report;

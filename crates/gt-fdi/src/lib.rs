@@ -35,7 +35,7 @@ pub use design::{
     Alarm, Bank, BankRun, Calibration, CusumRunLength, EivKalman, Evaluation, ExceedanceRunLength,
     FalseAlarmRate, FalseAlarmSummary, Feature, FilterError, FilterRun, FixedThreshold, Innovation,
     KalmanFilter, MeanTime, NoiseCovariance, ResidualGenerator, ResidualTest, Riccati,
-    SUPPORTED_FACTOR, SignatureMatrix, SimulatedRunLength, SimulatedRuns, StatisticKind,
+    SUPPORTED_FACTOR, JointWhitening, SignatureMatrix, SimulatedRunLength, SimulatedRuns, StatisticKind,
     ThresholdRule, TimeVaryingKalman, Whitening, calibrate, count_alarms, feature,
     mean_delay_bound, place, signature,
 };
@@ -52,6 +52,11 @@ pub use design::{
     UnknownInputError, UnknownInputObserver, peak_gain,
 };
 #[cfg(feature = "design")]
+pub use design::{
+    EffectPair, FaultEffect, FaultHypothesis, IsolationDesign, IsolationDetector, IsolationEvent,
+    IsolationRun, Isolator,
+};
+#[cfg(feature = "design")]
 pub use design::{PlacementError, SchurPlacement, StabilityBound, place_complex};
 #[cfg(feature = "design")]
 pub use error::FdiError;
@@ -59,6 +64,7 @@ pub use runtime::{
     AdaptiveThreshold, GrowingChiSquare, GrowingVariance, Growth, RunSum, ShiryaevRoberts,
     Whiteness, WindowedVariance,
 };
+pub use runtime::{Diagnosis, Finding, Hypothesis, IsolationVerdict, Pair};
 pub use runtime::{
     Change, ChannelVerdict, Cusum, Decision, Detector, DetectorState, Estimate, Evaluator,
     ExceedanceRun, Glr, Modulus, MovingAverage, Persistence, ResumeError, Sides, Sprt,

@@ -268,6 +268,16 @@ impl ResidualGenerator {
 
     /// The generator in flat arrays; `places` says where its inputs stand among inputs and outputs.
     pub(super) fn runtime(&self, places: Vec<usize>) -> Generator {
+        self.runtime_round(&self.point, places)
+    }
+
+    /// As [`ResidualGenerator::runtime`], of deviations from the operating point.
+    pub(super) fn runtime_of_deviations(&self, places: Vec<usize>) -> Generator {
+        let zero = OperatingPoint::zero(self.model.nu(), self.model.ny());
+        self.runtime_round(&zero, places)
+    }
+
+    fn runtime_round(&self, point: &OperatingPoint, places: Vec<usize>) -> Generator {
         let (a, b, c, d) = (
             self.model.a(),
             self.model.b(),
@@ -282,8 +292,8 @@ impl ResidualGenerator {
             gain: by_rows(&self.gain),
             c: by_rows(c),
             d: by_rows(d),
-            u0: self.point.u.as_slice().to_vec(),
-            y0: self.point.y.as_slice().to_vec(),
+            u0: point.u.as_slice().to_vec(),
+            y0: point.y.as_slice().to_vec(),
         };
         Generator::new(matrices, places)
     }

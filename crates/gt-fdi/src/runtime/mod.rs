@@ -8,22 +8,31 @@
 #![cfg_attr(not(feature = "design"), allow(dead_code, unused_imports))]
 
 mod channel;
+mod clock;
 mod detector;
 mod detector_state;
 mod evaluator;
 mod exceedance_run;
 mod fingerprint;
 mod generator;
+mod isolation;
 mod statistics;
 mod whitener;
 
 pub use channel::ChannelVerdict;
 pub(crate) use channel::{Channel, ChannelParts};
 pub(crate) use detector::Parts;
-pub use detector::{Detector, StepError, Verdict};
+pub(crate) use clock::Clock;
+pub use clock::StepError;
+pub use detector::{Detector, Verdict};
 pub use detector_state::{DetectorState, ResumeError};
 pub use evaluator::{Estimate, Evaluator, Modulus};
 pub use exceedance_run::{ExceedanceRun, Persistence};
+pub use isolation::{Diagnosis, Finding, Hypothesis, IsolationVerdict, Pair};
+pub(crate) use isolation::{
+    Core, CoreParts, DiagnosisOptions, Drive, DriveParts, HypothesisKind, HypothesisParts,
+    JointWhitener, JointWhitenerParts,
+};
 pub(crate) use generator::{Generator, Matrices, Update};
 pub use statistics::AdaptiveThreshold;
 pub use statistics::RunSum;
