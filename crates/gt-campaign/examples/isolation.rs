@@ -36,7 +36,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let guesses = match level { NoiseLevel::None => [0.03, 0.02, 0.04, 0.03], NoiseLevel::Tables4And5 => [3.0, 0.7, 1.5, 3.0], _ => [0.1, 0.06, 0.25, 0.4] };
     let delays = [30.0, 30.0, 60.0, 10.0];
     let mut limits = [0.0; 4];
+    let given = argument(6, "");
+    if !given.is_empty() { for (to, text) in limits.iter_mut().zip(given.split(',')) { *to = text.parse()?; } }
     for (place, case) in FaultCase::ALL.into_iter().enumerate() {
+        if !given.is_empty() { continue; }
         let mut at = vec![delays[place]];
         if place == 3 { at.push(30.0); }
         if !at.contains(&60.0) { at.push(60.0); }
@@ -48,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     println!("limits in {:.0} s", started.elapsed().as_secs_f64());
-    let study = NamingStudy { limits, multiples: [1.0, 4.0], runs: 2 * runs };
+    let study = NamingStudy { limits, multiples: [1.0, 4.0], runs: argument(7, "400").parse()? };
     let rows = study.rows(&prepared)?;
     println!("{:#?}", NamingSummary::of(&rows));
     for row in rows.iter().filter(|row| row.ever_wrong || row.named.is_none()).take(20) { println!("{row:?}"); }

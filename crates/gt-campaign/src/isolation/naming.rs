@@ -110,8 +110,8 @@ impl NamingStudy {
         random.set_stream(FIRST_INDEX + run);
         let case = random.random_range(0..FaultCase::ALL.len());
         let multiple = random.random_range(self.multiples[0]..=self.multiples[1]);
-        // A lag has no sign.
-        let negative = random.random_bool(0.5) && case != 3;
+        let has_sign = FaultCase::ALL[case] == FaultCase::ThermocoupleDrift;
+        let negative = random.random_bool(0.5) && has_sign;
         let onset = random.random_range(ONSETS_S[0]..ONSETS_S[1]);
         let onset_s = (onset / SAMPLE_TIME_S).round() * SAMPLE_TIME_S;
         let size = self.limits[case] * multiple;

@@ -184,7 +184,8 @@ fn hypotheses(
         hypotheses.push(FaultHypothesis {
             name: case.name().to_owned(),
             unit: case.unit().to_owned(),
-            both_signs: true,
+            // A compressor fouls and a turbine wears; a sensor drifts either way.
+            both_signs: case == FaultCase::ThermocoupleDrift,
             effect,
         });
     }
@@ -201,7 +202,7 @@ fn hypotheses(
     Ok(hypotheses)
 }
 
-/// A fault that grows evenly from its onset to its size and stays there.
+/// A fault that grows evenly from its onset to its size, with its sign, and stays there.
 pub(crate) fn ramp(case: FaultCase, onset_s: f64, rise_s: f64, size: f64) -> Fault {
-    Fault::growing(case, onset_s, size / rise_s * 3600.0, Some(size))
+    Fault::growing(case, onset_s, size / rise_s * 3600.0, Some(size.abs()))
 }
