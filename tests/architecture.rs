@@ -21,7 +21,7 @@ const ROOMS: [(&str, &[&str]); 10] = [
 ];
 
 /// Outside crates that only some rooms may name.
-const GUARDED: [(&str, &[&str]); 16] = [
+const GUARDED: [(&str, &[&str]); 17] = [
     ("faer", &["gt-core", "gt-ident", "gt-fdi"]),
     ("clarabel", &["gt-core"]),
     ("pulp", &["gt-fdi", "gt-ident", "gt-plant"]),
@@ -37,6 +37,7 @@ const GUARDED: [(&str, &[&str]); 16] = [
     ("numpy", &["gt-py"]),
     ("clap", &["gt-cli"]),
     ("indicatif", &["gt-cli"]),
+    ("ctrlc", &["gt-cli"]),
     ("anyhow", &["gt-cli"]),
 ];
 

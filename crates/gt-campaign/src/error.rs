@@ -5,6 +5,8 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
+use crate::campaign::Problem;
+
 /// A campaign that could not be carried out or written.
 #[derive(Debug, Error)]
 pub enum CampaignError {
@@ -50,6 +52,96 @@ pub enum CampaignError {
         path: PathBuf,
         /// The system's error.
         source: io::Error,
+    },
+    /// A campaign's file, or one that it names, could not be read.
+    #[error("{}: cannot read: {source}", path.display())]
+    SpecFile {
+        /// The file.
+        path: PathBuf,
+        /// The system's error.
+        source: io::Error,
+    },
+    /// A campaign's file is no TOML, or has other keys or types.
+    #[error("{}: {reason}", path.display())]
+    SpecText {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with line and column.
+        reason: String,
+    },
+    /// A value of a campaign's file makes no sense.
+    #[error("{}: {problem}", path.display())]
+    Spec {
+        /// The file.
+        path: PathBuf,
+        /// The key, what was expected and what was found.
+        problem: Problem,
+    },
+    /// A value that is in no file makes no sense.
+    #[error("{0}")]
+    Value(Problem),
+    /// A folder has files that are none of a campaign's.
+    #[error(
+        "{}: expected an empty folder or one of this campaign, found `{found}` in it",
+        path.display()
+    )]
+    Foreign {
+        /// The folder.
+        path: PathBuf,
+        /// One of the files.
+        found: String,
+    },
+    /// Another process is at work in a folder.
+    #[error("{}: expected a folder that nobody works in, found another process at work", path.display())]
+    Busy {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A folder holds another campaign.
+    #[error(
+        "{}: {key}: expected {expected}, with which the campaign began, found {found};          take another folder for another campaign",
+        path.display()
+    )]
+    Changed {
+        /// The folder's own file.
+        path: PathBuf,
+        /// The first key that differs.
+        key: String,
+        /// What the campaign began with.
+        expected: String,
+        /// What is asked for now.
+        found: String,
+    },
+    /// A table of rows could not be read or made.
+    #[error("{}: {reason}", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+    /// Whoever watches wanted the work to end.
+    #[error("stopped after {done} of {total} runs")]
+    Stopped {
+        /// Runs whose rows are kept.
+        done: u64,
+        /// Runs of the campaign.
+        total: u64,
+    },
+    /// A campaign could not go on, and can be resumed.
+    #[error(
+        "{source}; {done} of {total} runs are kept in {}, and the same command goes on from there",
+        folder.display()
+    )]
+    Unfinished {
+        /// The campaign's folder.
+        folder: PathBuf,
+        /// Runs whose rows are kept.
+        done: u64,
+        /// Runs of the campaign.
+        total: u64,
+        /// What went wrong.
+        source: Box<CampaignError>,
     },
     /// A scenario could not be written down.
     #[error("scenario: {0}")]

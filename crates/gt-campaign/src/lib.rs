@@ -2,11 +2,14 @@
 //! report that shows them.
 //!
 //! [`reproduce`] simulates, identifies, designs and detects; [`Reproduction`] holds the numbers and
-//! writes the page, figures and logs. Progress is told to a [`Progress`]; drawing it is the
+//! writes the page, figures and logs. [`campaign`] runs faults that are drawn at random by the
+//! thousand, and says how they are detected. Progress is told to a [`Progress`]; drawing it is the
 //! caller's affair.
 
 mod bank_design;
+pub mod campaign;
 mod error;
+pub mod isolation;
 pub mod paper;
 mod progress;
 pub mod report;

@@ -4,6 +4,11 @@
 pub trait Progress: Sync {
     /// `done` of `total` steps are over; `what` is under way or was just finished.
     fn report(&self, what: &str, done: usize, total: usize);
+
+    /// Whether the work is to end at the next place where it can be taken up again.
+    fn is_stopped(&self) -> bool {
+        false
+    }
 }
 
 /// Nobody is told.

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::cli::{
-    CheckArgs, DesignArgs, DetectArgs, GlobalArgs, IdentifyArgs, ReproduceArgs, SimulateArgs,
+    CampaignArgs, CheckArgs, DesignArgs, DetectArgs, GlobalArgs, IdentifyArgs, ReproduceArgs,
+    SimulateArgs,
 };
 use crate::failure::Failure;
 
@@ -32,6 +33,7 @@ struct ConfigFile {
     design: Option<DesignArgs>,
     detect: Option<DetectArgs>,
     reproduce: Option<ReproduceArgs>,
+    campaign: Option<CampaignArgs>,
     model_check: Option<CheckArgs>,
 }
 

@@ -12,12 +12,22 @@ pub enum Failure {
     Input(anyhow::Error),
     /// Anything else: exit code 1.
     Failed(anyhow::Error),
+    /// Stopped by Ctrl-C: exit code 130, as shells give it.
+    Stopped(anyhow::Error),
 }
 
 impl Failure {
+    /// The exit code after Ctrl-C.
+    pub const STOPPED: u8 = 130;
+
     /// A mistake in what was given.
     pub fn input(error: impl Display) -> Self {
         Self::Input(anyhow!("{error}"))
+    }
+
+    /// Work that Ctrl-C ended.
+    pub fn stopped(error: impl Display) -> Self {
+        Self::Stopped(anyhow!("{error}"))
     }
 
     /// A mistake in a named file.
@@ -40,13 +50,14 @@ impl Failure {
         match self {
             Self::Input(_) => 2,
             Self::Failed(_) => 1,
+            Self::Stopped(_) => Self::STOPPED,
         }
     }
 
     /// The error to print.
     pub fn error(&self) -> &anyhow::Error {
         match self {
-            Self::Input(error) | Self::Failed(error) => error,
+            Self::Input(error) | Self::Failed(error) | Self::Stopped(error) => error,
         }
     }
 }

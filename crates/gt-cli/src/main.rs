@@ -75,6 +75,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Design(args) => commands::design::run(&args, global),
         Command::Detect(args) => commands::detect::run(&args, global),
         Command::Reproduce(args) => commands::reproduce::run(&args, global),
+        Command::Campaign(args) => commands::campaign::run(&args, global),
         Command::Model(ModelCommand::Show { file }) => commands::model::show(&file, global),
         Command::Model(ModelCommand::Check(args)) => commands::model::check(&args, global),
         Command::Log(LogCommand::Info { file }) => commands::log_info::run(&file, global),

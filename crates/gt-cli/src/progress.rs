@@ -43,9 +43,17 @@ impl Progress for Shown {
     fn report(&self, what: &str, done: usize, total: usize) {
         match self {
             Self::Bar(bar) => {
+                // The time left is that of what is under way, from where it begins.
+                let begins = bar.message() != what;
+                if begins {
+                    bar.reset();
+                    bar.set_message(what.to_owned());
+                }
                 bar.set_length(total as u64);
                 bar.set_position(done as u64);
-                bar.set_message(what.to_owned());
+                if begins {
+                    bar.reset_eta();
+                }
                 if done >= total {
                     bar.finish_and_clear();
                 }

@@ -155,6 +155,24 @@ pub enum FdiError {
         /// The sample time found, in seconds.
         found_s: f64,
     },
+    /// A fault hypothesis with a number out of its range.
+    #[error("hypothesis `{name}`, {option}: expected {expected}, found {found}")]
+    Hypothesis {
+        /// The hypothesis.
+        name: String,
+        /// The option.
+        option: &'static str,
+        /// What was expected.
+        expected: &'static str,
+        /// What was found.
+        found: f64,
+    },
+    /// Records that show no effect of their fault.
+    #[error(
+        "effect of a fault: expected records whose residuals differ with a fault that is not 0 \
+         throughout, found no difference that follows it"
+    )]
+    NoEffect,
     /// A bank without a detector.
     #[error("bank `{name}`: expected at least one generator and one test, found none")]
     EmptyBank {

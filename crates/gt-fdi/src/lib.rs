@@ -34,8 +34,8 @@ pub use design::ShiryaevRobertsRunLength;
 pub use design::{
     Alarm, Bank, BankRun, Calibration, CusumRunLength, EivKalman, Evaluation, ExceedanceRunLength,
     FalseAlarmRate, FalseAlarmSummary, Feature, FilterError, FilterRun, FixedThreshold, Innovation,
-    KalmanFilter, MeanTime, NoiseCovariance, ResidualGenerator, ResidualTest, Riccati,
-    SUPPORTED_FACTOR, SignatureMatrix, SimulatedRunLength, SimulatedRuns, StatisticKind,
+    JointWhitening, KalmanFilter, MeanTime, NoiseCovariance, ResidualGenerator, ResidualTest,
+    Riccati, SUPPORTED_FACTOR, SignatureMatrix, SimulatedRunLength, SimulatedRuns, StatisticKind,
     ThresholdRule, TimeVaryingKalman, Whitening, calibrate, count_alarms, feature,
     mean_delay_bound, place, signature,
 };
@@ -46,6 +46,11 @@ pub use design::{
 };
 #[cfg(feature = "design")]
 pub use design::{Blend, ScheduleError, ScheduledGenerators, ScheduledPoint, ScheduledRun};
+#[cfg(feature = "design")]
+pub use design::{
+    EffectPair, FaultEffect, FaultHypothesis, IsolationDesign, IsolationDetector, IsolationEvent,
+    IsolationRun, Isolator,
+};
 #[cfg(feature = "design")]
 pub use design::{
     FaultModel, FrequencyBand, LinearResidual, PeakGain, Robustness, UnifiedFilter, UnknownInput,
@@ -65,3 +70,4 @@ pub use runtime::{
     ResumeError, Sides, Sprt, SprtDecision, Statistic, StatisticError, StepError, Verdict,
     Waveform, WindowedChiSquare,
 };
+pub use runtime::{Diagnosis, Finding, Hypothesis, IsolationVerdict, Pair};

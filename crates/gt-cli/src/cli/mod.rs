@@ -3,6 +3,7 @@
 //! Every option is an `Option`, so that flags, environment, file and defaults can be laid over one
 //! another (see [`crate::config`]).
 
+mod campaign;
 mod design;
 mod detect;
 mod identify;
@@ -17,6 +18,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::config::Alternatives;
+pub use campaign::CampaignArgs;
 pub use design::{
     DesignArgs, GeneratorKind, PoleCriterion, PoleSearchKind, Statistic, WatchKind, WaveformKind,
 };
@@ -65,7 +67,7 @@ fn one_or_many<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Vec<PathBuf>
 #[command(after_help = "\
 Options can also come from GTFDI_* variables and from --config FILE.toml, in this order: flag, \
 environment, file, default. Exit codes: 0 done; 1 failed; 2 usage, configuration or input data; \
-3 done, and --fail-on alarm saw an alarm.")]
+3 done, and --fail-on alarm saw an alarm; 130 stopped by Ctrl-C, to go on from there.")]
 pub struct Cli {
     /// What every verb understands.
     #[command(flatten)]
@@ -119,6 +121,8 @@ pub enum Command {
     Detect(DetectArgs),
     /// Compute the source paper's tables again, with a report
     Reproduce(ReproduceArgs),
+    /// Run many records with drawn faults and say how they are detected
+    Campaign(CampaignArgs),
     /// Look into model files
     #[command(subcommand)]
     Model(ModelCommand),

@@ -1,5 +1,6 @@
 //! One file a verb.
 
+pub mod campaign;
 pub mod design;
 pub mod detect;
 mod equation;

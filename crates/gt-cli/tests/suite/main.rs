@@ -2,10 +2,12 @@
 
 #![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic)] // a failed step is a failed test
 
+mod bad_campaign;
 mod bad_file;
 mod bad_option;
 mod bad_record;
 mod bad_scenario;
+mod campaign;
 mod config;
 mod constraint;
 mod errors_in_variables;

@@ -230,6 +230,9 @@ fn the_files_of_the_readme_run_as_printed() {
     for block in readme.split("```toml\n# ").skip(1) {
         let block = block.split("```").next().expect("an end");
         let (name, text) = block.split_once('\n').expect("a name and a file");
+        if name == "drift_campaign.toml" {
+            continue; // it has a test of its own
+        }
         place.write(name, text);
         names.push(name);
     }

@@ -106,12 +106,13 @@ fn nothing_is_coloured_without_a_terminal_or_with_no_color() {
 #[test]
 fn help_of_each_verb_shows_an_example() {
     let place = place();
-    let verbs: [&[&str]; 8] = [
+    let verbs: [&[&str]; 9] = [
         &["simulate"],
         &["identify"],
         &["design"],
         &["detect"],
         &["reproduce"],
+        &["campaign"],
         &["log", "info"],
         &["model", "show"],
         &["model", "check"],

@@ -265,10 +265,16 @@ impl ResidualGenerator {
 
     /// The generator in flat arrays; `places` says where its inputs stand among inputs and outputs.
     pub(super) fn runtime(&self, places: Vec<usize>) -> Generator {
-        Generator::new(self.matrices(), places)
+        Generator::new(self.matrices(&self.point), places)
     }
 
-    fn matrices(&self) -> Matrices {
+    /// As [`ResidualGenerator::runtime`], of deviations from the operating point.
+    pub(super) fn runtime_of_deviations(&self, places: Vec<usize>) -> Generator {
+        let zero = OperatingPoint::zero(self.model.nu(), self.model.ny());
+        Generator::new(self.matrices(&zero), places)
+    }
+
+    fn matrices(&self, point: &OperatingPoint) -> Matrices {
         let (a, b, c, d) = (
             self.model.a(),
             self.model.b(),
@@ -283,8 +289,8 @@ impl ResidualGenerator {
             gain: by_rows(&self.gain),
             c: by_rows(c),
             d: by_rows(d),
-            u0: self.point.u.as_slice().to_vec(),
-            y0: self.point.y.as_slice().to_vec(),
+            u0: point.u.as_slice().to_vec(),
+            y0: point.y.as_slice().to_vec(),
         }
     }
 }
@@ -293,7 +299,7 @@ impl Fleet {
     /// `generator` on as many `streams`, all in its initial state. Inputs and outputs are in the
     /// order of [`ResidualGenerator::inputs`] and [`ResidualGenerator::outputs`].
     pub fn new(generator: &ResidualGenerator, streams: usize) -> Self {
-        Self::from_matrices(generator.matrices(), streams)
+        Self::from_matrices(generator.matrices(&generator.point), streams)
     }
 }
 

@@ -31,6 +31,8 @@ mod filter_error;
 mod gains;
 mod generator;
 mod innovation;
+mod isolation;
+mod joint_whitening;
 mod kalman;
 mod mean_time;
 mod noise;
@@ -58,6 +60,11 @@ pub use false_alarm::{FalseAlarmRate, count_alarms};
 pub use filter_error::FilterError;
 pub use generator::{MAX_SETTLE_SAMPLES, ResidualGenerator, SETTLE_LEVEL};
 pub use innovation::Innovation;
+pub use isolation::{
+    EffectPair, FaultEffect, FaultHypothesis, ISOLATION_SCHEMA_VERSION, IsolationDesign,
+    IsolationDetector, IsolationEvent, IsolationRun, Isolator,
+};
+pub use joint_whitening::JointWhitening;
 pub use kalman::{FilterRun, KalmanFilter};
 pub use mean_time::{MeanTime, SUPPORTED_FACTOR};
 pub use noise::{DEFINITENESS_TOLERANCE, NoiseCovariance, SYMMETRY_TOLERANCE};

@@ -181,6 +181,11 @@ impl Whitening {
         &self.coefficients
     }
 
+    /// The standard deviations `s` (m) of what the autoregressions leave.
+    pub fn scale(&self) -> &DVector<f64> {
+        &self.scale
+    }
+
     /// The order `p` of the autoregressions, the same for all components.
     pub fn order(&self) -> usize {
         self.coefficients.first().map_or(0, Vec::len)

@@ -5,57 +5,12 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use serde::Serialize;
-use thiserror::Error;
 
 use super::channel::{Channel, ChannelVerdict};
+use super::clock::{Clock, StepError};
 use super::detector_state::{DetectorState, ResumeError};
 use super::fingerprint::Fingerprint;
 use super::{Generator, Update};
-
-/// A sample earlier than this share of the sample time after the one before is refused.
-const EARLIEST_ADVANCE: f64 = 0.5;
-/// A sample later than this multiple of the sample time after the one before follows a gap.
-const LATEST_ADVANCE: f64 = 1.5;
-
-/// A sample that the detector refuses; its state is as it was before.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-pub enum StepError {
-    /// Another number of inputs than the detector's.
-    #[error("inputs of the sample: expected {expected}, found {found}")]
-    InputCount {
-        /// Inputs of the detector.
-        expected: usize,
-        /// Inputs in the sample.
-        found: usize,
-    },
-    /// Another number of outputs than the detector's.
-    #[error("outputs of the sample: expected {expected}, found {found}")]
-    OutputCount {
-        /// Outputs of the detector.
-        expected: usize,
-        /// Outputs in the sample.
-        found: usize,
-    },
-    /// The time is NaN or infinite.
-    #[error("time of the sample: expected a finite number of seconds, found {found_s}")]
-    TimeNotFinite {
-        /// The time found, in seconds.
-        found_s: f64,
-    },
-    /// The time goes back, stands still or advances by less than half a sample time.
-    #[error(
-        "time of the sample: expected about {sample_time_s} s after {previous_s} s, \
-         found {found_s} s"
-    )]
-    TimeNotAdvancing {
-        /// Time of the sample before, in seconds.
-        previous_s: f64,
-        /// The time found, in seconds.
-        found_s: f64,
-        /// The detector's sample time, in seconds.
-        sample_time_s: f64,
-    },
-}
 
 /// What the detector says of one sample.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -100,10 +55,9 @@ pub struct Detector {
     inputs: Vec<String>,
     outputs: Vec<String>,
     tests: Vec<String>,
-    sample_time_s: f64,
+    clock: Clock,
     sources: Vec<Source>,
     channels: Vec<Channel>,
-    last_time_s: Option<f64>,
     verdict: Verdict,
 }
 
@@ -144,10 +98,9 @@ impl Detector {
             inputs: parts.inputs,
             outputs: parts.outputs,
             tests: parts.tests,
-            sample_time_s: parts.sample_time_s,
+            clock: Clock::new(parts.sample_time_s),
             sources,
             channels: parts.channels,
-            last_time_s: None,
             verdict,
         }
     }
@@ -170,7 +123,7 @@ impl Detector {
 
     /// Sample time in seconds.
     pub fn sample_time_s(&self) -> f64 {
-        self.sample_time_s
+        self.clock.sample_time_s()
     }
 
     /// Takes the sample of time `t_s` (seconds): the inputs `u` and the outputs `y`, in the order
@@ -180,20 +133,8 @@ impl Detector {
     /// [`StepError`] when a size is wrong or the time does not advance; the detector is then as it
     /// was before the call.
     pub fn step(&mut self, t_s: f64, u: &[f64], y: &[f64]) -> Result<&Verdict, StepError> {
-        if u.len() != self.inputs.len() {
-            return Err(StepError::InputCount {
-                expected: self.inputs.len(),
-                found: u.len(),
-            });
-        }
-        if y.len() != self.outputs.len() {
-            return Err(StepError::OutputCount {
-                expected: self.outputs.len(),
-                found: y.len(),
-            });
-        }
-        let gap = self.check_time(t_s)?;
-        self.last_time_s = Some(t_s);
+        StepError::check_sizes((self.inputs.len(), u.len()), (self.outputs.len(), y.len()))?;
+        let gap = self.clock.advance(t_s)?;
         if gap {
             self.start_afresh();
         }
@@ -214,29 +155,9 @@ impl Detector {
         Ok(&self.verdict)
     }
 
-    /// Whether samples are missing before `t_s`.
-    fn check_time(&self, t_s: f64) -> Result<bool, StepError> {
-        if !t_s.is_finite() {
-            return Err(StepError::TimeNotFinite { found_s: t_s });
-        }
-        let Some(previous_s) = self.last_time_s else {
-            return Ok(false);
-        };
-        let advance = (t_s - previous_s) / self.sample_time_s;
-        if advance < EARLIEST_ADVANCE {
-            let sample_time_s = self.sample_time_s;
-            return Err(StepError::TimeNotAdvancing {
-                previous_s,
-                found_s: t_s,
-                sample_time_s,
-            });
-        }
-        Ok(advance > LATEST_ADVANCE)
-    }
-
     /// Forgets all samples: the next one may have any time, and everything settles again.
     pub fn reset(&mut self) {
-        self.last_time_s = None;
+        self.clock.reset();
         self.verdict.time_s = f64::NAN;
         self.verdict.gap = false;
         self.verdict.residuals.fill(f64::NAN);
@@ -258,7 +179,7 @@ impl Detector {
         let generators = self.sources.iter();
         DetectorState {
             fingerprint: self.fingerprint(),
-            last_time_s: self.last_time_s,
+            last_time_s: self.clock.last_time_s(),
             generators: generators
                 .map(|source| source.generator.state().to_vec())
                 .collect(),
@@ -273,7 +194,7 @@ impl Detector {
         for tag in tags {
             print.add_text(tag);
         }
-        print.add(self.sample_time_s.to_bits());
+        print.add(self.clock.sample_time_s().to_bits());
         for source in &self.sources {
             source.generator.mark(&mut print);
         }
@@ -310,7 +231,7 @@ impl Detector {
                 return Err(ResumeError::Test { index });
             }
         }
-        resumed.last_time_s = state.last_time_s;
+        resumed.clock.set_last_time_s(state.last_time_s);
         *self = resumed;
         Ok(())
     }

@@ -9,6 +9,7 @@
 
 mod blocks;
 mod channel;
+mod clock;
 mod columns;
 mod detector;
 mod detector_state;
@@ -17,6 +18,7 @@ mod exceedance_run;
 mod fingerprint;
 mod fleet;
 mod generator;
+mod isolation;
 mod kernel;
 mod statistics;
 mod whitener;
@@ -24,13 +26,20 @@ mod wide;
 
 pub use channel::ChannelVerdict;
 pub(crate) use channel::{Channel, ChannelParts};
+pub(crate) use clock::Clock;
+pub use clock::StepError;
 pub(crate) use detector::Parts;
-pub use detector::{Detector, StepError, Verdict};
+pub use detector::{Detector, Verdict};
 pub use detector_state::{DetectorState, ResumeError};
 pub use evaluator::{Estimate, Evaluator, Modulus};
 pub use exceedance_run::{ExceedanceRun, Persistence};
 pub use fleet::{Fleet, FleetError};
 pub(crate) use generator::{Generator, Matrices, Samples, Update};
+pub(crate) use isolation::{
+    Core, CoreParts, DiagnosisOptions, Drive, DriveParts, HypothesisKind, HypothesisParts,
+    JointWhitener, JointWhitenerParts,
+};
+pub use isolation::{Diagnosis, Finding, Hypothesis, IsolationVerdict, Pair};
 pub use statistics::AdaptiveThreshold;
 pub use statistics::CusumFleet;
 pub use statistics::RunSum;

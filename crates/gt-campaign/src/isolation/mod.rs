@@ -1,0 +1,12 @@
+//! How small a fault can be found, and whether it is called by its name: seeded Monte-Carlo on the
+//! turbine with an isolator that was made from records of the same sensors.
+
+mod limit;
+mod naming;
+mod preparation;
+mod setting;
+
+pub use limit::{DetectionLimit, LimitSearch};
+pub use naming::{NamingRow, NamingStudy, NamingSummary};
+pub use preparation::{Preparation, Prepared};
+pub use setting::{Ambient, Setting};

@@ -1,0 +1,223 @@
+//! From records of a setting to an isolator.
+
+use gtfdi::core::Dataset;
+use gtfdi::fdi::{
+    EffectPair, FaultEffect, FaultHypothesis, IsolationDesign, Isolator, NoiseCovariance,
+    ResidualGenerator,
+};
+use gtfdi::ident::eiv::EivIdentification;
+use gtfdi::ident::{Arx, OrderChoice, OrderKind};
+use gtfdi::plant::{Fault, FaultCase, NoiseLevel, SAMPLE_TIME_S};
+use nalgebra::Complex;
+
+use super::setting::Setting;
+use crate::error::{CampaignError, During as _};
+use crate::paper;
+
+/// Length of the identification record, in seconds.
+const IDENTIFICATION_S: f64 = 3600.0;
+/// Length of each healthy record, in seconds.
+const HEALTHY_S: f64 = 3600.0;
+/// Run indices: identification, faults of known course, healthy records.
+const IDENTIFICATION_INDEX: u64 = 0;
+const TEACHING_INDEX: u64 = 50;
+const HEALTHY_INDEX: u64 = 100;
+/// Order of the models with noise: two by the likelihood's BIC.
+const NOISY_ORDER: usize = 2;
+/// Course of the faults that teach the effects: a ramp from 60 s to 120 s, then held to 300 s.
+const TEACHING_ONSET_S: f64 = 60.0;
+const TEACHING_RISE_S: f64 = 60.0;
+const TEACHING_S: f64 = 300.0;
+/// Sizes of those faults in the cases' units, without noise and with it.
+const QUIET_SIZES: [f64; 3] = [0.5, 0.5, 0.5];
+const NOISY_SIZES: [f64; 3] = [2.0, 2.0, 2.0];
+/// Lag round which the effect of a lagging actuator is linear, and samples on either side of its
+/// rate, for noisy fuel.
+const NOMINAL_LAG_S: f64 = 0.4;
+const HALF_WIDTH: usize = 6;
+
+/// How an isolator is made from records of a setting.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Preparation {
+    /// Hours of healthy running behind the limits.
+    pub healthy_hours: u64,
+    /// Hours between false alarms of all statistics together.
+    pub arl0_hours: f64,
+}
+
+/// An isolator with where it came from.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    /// The setting.
+    pub setting: Setting,
+    /// The isolator of the four cases, in their order.
+    pub isolator: Isolator,
+    /// What the identification remarked.
+    pub remarks: Vec<String>,
+}
+
+impl Preparation {
+    /// How the isolator comes about, for whoever reads the numbers.
+    pub fn definition(&self) -> String {
+        format!(
+            "Models from one record of {IDENTIFICATION_S} s of the same sensors (without noise: ARX \
+             of order {}, residuals output minus free run; with noise: errors in variables of order \
+             {NOISY_ORDER}, one Kalman filter for all outputs). Effects of cases 1 to 3 from pairs \
+             of noise-free runs of {TEACHING_S} s of the same plant, case 4 by its lag alone. \
+             Limits from {} healthy hours, one false alarm in {} h of all five statistics together.",
+            paper::ORDER,
+            self.healthy_hours,
+            self.arl0_hours
+        )
+    }
+
+    /// Makes the isolator.
+    ///
+    /// # Errors
+    /// [`CampaignError`] when a run, the identification or the design fails.
+    pub fn prepare(&self, setting: &Setting) -> Result<Prepared, CampaignError> {
+        let healthy_run = |index: u64| (index, Vec::new());
+        let training = setting
+            .records(&[healthy_run(IDENTIFICATION_INDEX)], IDENTIFICATION_S)?
+            .remove(0);
+        let noisy = setting.level != NoiseLevel::None;
+        let (generators, input_deviations, remarks) = if noisy {
+            noisy_generators(setting, &training)?
+        } else {
+            (
+                quiet_generators(setting, &training)?,
+                Vec::new(),
+                Vec::new(),
+            )
+        };
+        let faults = hypotheses(setting, &generators, noisy)?;
+        let mut design = IsolationDesign::new(faults)
+            .arl0_hours(self.arl0_hours)
+            .half_width(if noisy { HALF_WIDTH } else { 0 });
+        for (tag, deviation) in input_deviations {
+            design = design.input_deviation(tag, deviation);
+        }
+        let runs: Vec<_> = (0..self.healthy_hours)
+            .map(|hour| healthy_run(HEALTHY_INDEX + hour))
+            .collect();
+        let healthy = setting.records(&runs, HEALTHY_S)?;
+        let isolator = design
+            .calibrate(format!("{}", setting.map_set), generators, &healthy)
+            .during("isolator")?;
+        Ok(Prepared {
+            setting: setting.clone(),
+            isolator,
+            remarks,
+        })
+    }
+}
+
+/// Output minus the free run of an ARX model, of each output.
+fn quiet_generators(
+    setting: &Setting,
+    training: &Dataset,
+) -> Result<Vec<ResidualGenerator>, CampaignError> {
+    let what = "models without noise";
+    let outputs = setting.outputs().len();
+    let nk = vec![0; setting.inputs().len()];
+    let structure = OrderKind::Diagonal { nk }
+        .structure(paper::ORDER, outputs)
+        .during(what)?;
+    let model = Arx::new(structure).fit(training).during(what)?;
+    (0..outputs)
+        .map(|output| {
+            let part = model.output_model(output).during(what)?;
+            let poles: Vec<Complex<f64>> = part
+                .model
+                .a()
+                .complex_eigenvalues()
+                .iter()
+                .copied()
+                .collect();
+            // An observer whose poles are the model's does not correct: its residual is that of
+            // the free run.
+            ResidualGenerator::observer_complex(part.model, part.point, &poles).during(what)
+        })
+        .collect()
+}
+
+type Noisy = (Vec<ResidualGenerator>, Vec<(String, f64)>, Vec<String>);
+
+/// One Kalman filter for all outputs and the identified noise, with that of the inputs.
+fn noisy_generators(setting: &Setting, training: &Dataset) -> Result<Noisy, CampaignError> {
+    let what = "models with noise";
+    let identified = EivIdentification::new(OrderChoice::Given(NOISY_ORDER))
+        .nk(vec![0; setting.inputs().len()])
+        .identify(training)
+        .during(what)?;
+    let relation = identified.model.relation();
+    let model = relation.state_space().during(what)?;
+    let variances = |channels: &[gtfdi::ident::eiv::ChannelNoise]| -> Vec<f64> {
+        channels.iter().map(|channel| channel.variance).collect()
+    };
+    let inputs = variances(identified.model.input_noise());
+    let outputs = variances(identified.model.output_noise());
+    let noise = NoiseCovariance::errors_in_variables(&model, &inputs, &outputs).during(what)?;
+    let point = relation.operating_point().clone();
+    let filter = ResidualGenerator::kalman(model, point, noise).during(what)?;
+    let tags = setting.inputs().into_iter().map(str::to_owned);
+    let deviations = tags
+        .zip(inputs.iter().map(|variance| variance.sqrt()))
+        .collect();
+    let remarks = identified.remarks.iter().map(ToString::to_string).collect();
+    Ok((vec![filter], deviations, remarks))
+}
+
+/// The four cases as hypotheses.
+fn hypotheses(
+    setting: &Setting,
+    generators: &[ResidualGenerator],
+    noisy: bool,
+) -> Result<Vec<FaultHypothesis>, CampaignError> {
+    let sizes = if noisy { NOISY_SIZES } else { QUIET_SIZES };
+    let quiet = setting.without_noise();
+    let mut hypotheses = Vec::new();
+    for (case, size) in FaultCase::ALL.into_iter().zip(sizes) {
+        let fault = ramp(case, TEACHING_ONSET_S, TEACHING_RISE_S, size);
+        let runs = [
+            (TEACHING_INDEX, vec![]),
+            (TEACHING_INDEX, vec![fault.clone()]),
+        ];
+        let pair = quiet.records(&runs, TEACHING_S)?;
+        let course: Vec<f64> = (0..pair[1].len())
+            .map(|sample| fault.magnitude(sample as f64 * SAMPLE_TIME_S))
+            .collect();
+        let effect = FaultEffect::learn(
+            generators,
+            &[EffectPair {
+                faulty: &pair[1],
+                healthy: &pair[0],
+                sizes: &course,
+            }],
+        )
+        .during(case.name())?;
+        hypotheses.push(FaultHypothesis {
+            name: case.name().to_owned(),
+            unit: case.unit().to_owned(),
+            // A compressor fouls and a turbine wears; a sensor drifts either way.
+            both_signs: case == FaultCase::ThermocoupleDrift,
+            effect,
+        });
+    }
+    let lag = FaultCase::ALL[3];
+    hypotheses.push(FaultHypothesis {
+        name: lag.name().to_owned(),
+        unit: lag.unit().to_owned(),
+        both_signs: false,
+        effect: FaultEffect::ActuatorLag {
+            input: paper::INPUTS[1].to_owned(),
+            nominal_s: if noisy { NOMINAL_LAG_S } else { 0.0 },
+        },
+    });
+    Ok(hypotheses)
+}
+
+/// A fault that grows evenly from its onset to its size, with its sign, and stays there.
+pub(crate) fn ramp(case: FaultCase, onset_s: f64, rise_s: f64, size: f64) -> Fault {
+    Fault::growing(case, onset_s, size / rise_s * 3600.0, Some(size.abs()))
+}

@@ -1,0 +1,372 @@
+//! Generators, whitening, hypotheses and limits together.
+
+use gt_core::DimensionError;
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::effect::{FaultEffect, FaultHypothesis};
+use super::linear::Tags;
+use crate::FdiError;
+use crate::design::channels::{check_sample_time, check_unique};
+use crate::design::generator::ResidualGenerator;
+use crate::design::joint_whitening::JointWhitening;
+use crate::design::mean_time::MeanTime;
+use crate::runtime::{
+    Core, CoreParts, DiagnosisOptions, Drive, DriveParts, HypothesisKind, HypothesisParts,
+};
+
+/// The version of the file format of an [`Isolator`].
+pub const ISOLATION_SCHEMA_VERSION: u32 = 1;
+
+/// What tells faults apart: residual generators, their joint whitening, hypotheses, and limits that
+/// healthy records set for a false-alarm rate of all of them together.
+///
+/// For each hypothesis the statistic is the generalised likelihood ratio of a fault that grows
+/// evenly since an unknown onset, in the direction that the fault gives the whitened residuals. One
+/// more, for a change in any direction, finds faults that nobody thought of. Healthy residuals
+/// wander more over long times than white ones where models err; each statistic is divided by how
+/// much, so that what remains has one scale.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Unchecked")]
+pub struct Isolator {
+    /// The version of the file format, [`ISOLATION_SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Its name.
+    pub name: String,
+    pub(super) fields: Fields,
+}
+
+/// All numbers of an [`Isolator`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Fields {
+    pub(super) sample_time_s: f64,
+    pub(super) generators: Vec<ResidualGenerator>,
+    pub(super) whitening: JointWhitening,
+    /// Robust standard deviations of the whitened residuals (m).
+    pub(super) scale: DVector<f64>,
+    /// Multiples of `scale` beyond which a burst is cut.
+    pub(super) limiter: f64,
+    /// Samples on either side of the one whose rate of an input is taken.
+    pub(super) half_width: usize,
+    /// How far back onsets are looked for, in samples.
+    pub(super) longest: usize,
+    pub(super) hypotheses: Vec<FaultHypothesis>,
+    /// Of each hypothesis, of a drive: the healthy mean of its agreement, and its noise's energy.
+    pub(super) drives: Vec<DriveNoise>,
+    pub(super) limits: Vec<f64>,
+    pub(super) dispersion: Vec<Vec<f64>>,
+    /// The promise of each limit.
+    pub(super) mean_times: Vec<MeanTime>,
+    pub(super) confidence: f64,
+    pub(super) direction_tolerance: f64,
+}
+
+/// What healthy running says of a drive.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DriveNoise {
+    pub(super) offset: f64,
+    pub(super) floor: f64,
+}
+
+/// The fields of an [`Isolator`] as they come from a file.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Unchecked {
+    schema_version: u32,
+    name: String,
+    fields: Fields,
+}
+
+impl TryFrom<Unchecked> for Isolator {
+    type Error = FdiError;
+
+    fn try_from(raw: Unchecked) -> Result<Self, FdiError> {
+        if raw.schema_version != ISOLATION_SCHEMA_VERSION {
+            return Err(FdiError::SchemaVersion {
+                expected: ISOLATION_SCHEMA_VERSION,
+                found: raw.schema_version,
+            });
+        }
+        Self::checked(raw.name, raw.fields)
+    }
+}
+
+impl Isolator {
+    pub(super) fn checked(name: String, fields: Fields) -> Result<Self, FdiError> {
+        fields.check(&name)?;
+        Ok(Self {
+            schema_version: ISOLATION_SCHEMA_VERSION,
+            name,
+            fields,
+        })
+    }
+
+    /// Sample time in seconds.
+    pub fn sample_time_s(&self) -> f64 {
+        self.fields.sample_time_s
+    }
+
+    /// The generators.
+    pub fn generators(&self) -> &[ResidualGenerator] {
+        &self.fields.generators
+    }
+
+    /// The hypotheses.
+    pub fn hypotheses(&self) -> &[FaultHypothesis] {
+        &self.fields.hypotheses
+    }
+
+    /// The joint whitening of the residuals.
+    pub fn whitening(&self) -> &JointWhitening {
+        &self.fields.whitening
+    }
+
+    /// A limit a hypothesis and, last, that of a change in any direction.
+    pub fn limits(&self) -> &[f64] {
+        &self.fields.limits
+    }
+
+    /// What healthy records promise of each limit.
+    pub fn mean_times(&self) -> &[MeanTime] {
+        &self.fields.mean_times
+    }
+
+    /// For each hypothesis and, last, any direction, by the age of an onset (doubling from the first
+    /// entry to the next): how much more the healthy residuals wander than white ones.
+    pub fn dispersion(&self) -> &[Vec<f64>] {
+        &self.fields.dispersion
+    }
+
+    /// Tags of the inputs, in the order of the detector.
+    pub fn inputs(&self) -> Vec<String> {
+        Tags::of(&self.fields.generators).inputs
+    }
+
+    /// Tags of the outputs, in the order of the detector.
+    pub fn outputs(&self) -> Vec<String> {
+        Tags::of(&self.fields.generators).outputs
+    }
+
+    /// Samples before anything is judged.
+    pub fn settle_samples(&self) -> usize {
+        self.fields.settle_samples() + self.fields.whitening.order()
+    }
+
+    /// The directions (m) of the hypotheses in the whitened residuals for one unit of each, where
+    /// they have one; what an actuator's lag does depends on its movements.
+    ///
+    /// # Errors
+    /// None after construction.
+    pub fn directions(&self) -> Result<Vec<Option<DVector<f64>>>, FdiError> {
+        self.fields.directions()
+    }
+
+    pub(super) fn core(&self) -> Result<Core, FdiError> {
+        self.fields.core()
+    }
+}
+
+impl Fields {
+    fn check(&self, name: &str) -> Result<(), FdiError> {
+        let (Some(first), false) = (self.generators.first(), self.hypotheses.is_empty()) else {
+            return Err(FdiError::EmptyBank {
+                name: name.to_owned(),
+            });
+        };
+        check_sample_time("the isolator", first.sample_time_s(), self.sample_time_s)?;
+        for generator in &self.generators {
+            check_sample_time("a generator", self.sample_time_s, generator.sample_time_s())?;
+        }
+        let tags = Tags::of(&self.generators);
+        check_unique(
+            "outputs of the isolator",
+            &tags.outputs.iter().collect::<Vec<_>>(),
+        )?;
+        let names: Vec<&String> = self.hypotheses.iter().map(|own| &own.name).collect();
+        check_unique("hypotheses", &names)?;
+        for hypothesis in &self.hypotheses {
+            hypothesis.check(&tags)?;
+        }
+        let (size, count) = (tags.outputs.len(), self.hypotheses.len());
+        let sizes = [
+            ("whitened residuals", size, self.whitening.mean().len()),
+            ("scales", size, self.scale.len()),
+            ("drives", count, self.drives.len()),
+            ("limits", count + 1, self.limits.len()),
+            ("dispersions", count + 1, self.dispersion.len()),
+            ("promises", count + 1, self.mean_times.len()),
+        ];
+        for (what, expected, found) in sizes {
+            DimensionError::check(&format!("isolator, {what}"), expected, found)?;
+        }
+        let above_zero = self.scale.iter().chain(&self.limits).chain([&self.limiter]);
+        let options = above_zero
+            .map(|value| ("scale, limits, limiter", *value, *value > 0.0))
+            .chain(
+                self.dispersion
+                    .iter()
+                    .flatten()
+                    .map(|value| ("dispersion", *value, *value >= 1.0)),
+            )
+            .chain([
+                (
+                    "confidence",
+                    self.confidence,
+                    self.confidence > 0.5 && self.confidence < 1.0,
+                ),
+                (
+                    "direction_tolerance",
+                    self.direction_tolerance,
+                    self.direction_tolerance >= 0.0,
+                ),
+            ]);
+        for (option, found, holds) in options {
+            // Limits are infinite while they are being found.
+            if !holds || found.is_nan() {
+                return Err(FdiError::Option {
+                    option,
+                    expected: "a number in its range: above 0, dispersion from 1 on, confidence \
+                               between 0.5 and 1",
+                    found,
+                });
+            }
+        }
+        let lengths = [
+            ("longest", self.longest, 1 << 24),
+            ("half_width", self.half_width, 1 << 12),
+        ];
+        for (option, found, most) in lengths {
+            if found > most {
+                return Err(FdiError::Option {
+                    option,
+                    expected: "a number of samples below 16 million (longest) or 4096 (half_width)",
+                    found: found as f64,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn settle_samples(&self) -> usize {
+        let own = self
+            .generators
+            .iter()
+            .map(ResidualGenerator::settle_samples);
+        own.max().unwrap_or(0)
+    }
+
+    fn directions(&self) -> Result<Vec<Option<DVector<f64>>>, FdiError> {
+        let tags = Tags::of(&self.generators);
+        let steady = self.whitening.steady_gain() * tags.steady_gain(&self.generators)?;
+        let own = self
+            .hypotheses
+            .iter()
+            .map(|hypothesis| match &hypothesis.effect {
+                FaultEffect::Outputs { changes, .. } => {
+                    let change = tags
+                        .outputs
+                        .iter()
+                        .map(|tag| changes.get(tag).copied().unwrap_or(0.0));
+                    let change = DVector::from_iterator(tags.outputs.len(), change);
+                    Some((&steady * change).component_div(&self.scale))
+                }
+                FaultEffect::ActuatorLag { .. } => None,
+            });
+        Ok(own.collect())
+    }
+
+    /// Samples by which the whitened residuals follow a growing change of the outputs.
+    fn delay(
+        &self,
+        tags: &Tags,
+        changes: &DVector<f64>,
+        direction: &DVector<f64>,
+    ) -> Result<f64, FdiError> {
+        let length = 2 * (self.settle_samples() + self.whitening.order()) + 2;
+        let y = DMatrix::from_fn(changes.len(), length, |row, t| changes[row] * t as f64);
+        let u = DMatrix::zeros(tags.inputs.len(), length);
+        let change = self
+            .whitening
+            .response(&tags.response(&self.generators, &u, &y))?;
+        let last = change.column(length - 1).component_div(&self.scale);
+        Ok((length - 1) as f64 - last.dot(direction) / direction.norm_squared())
+    }
+
+    pub(super) fn core(&self) -> Result<Core, FdiError> {
+        let tags = Tags::of(&self.generators);
+        let mut drives = Vec::new();
+        let mut hypotheses = Vec::new();
+        let directions = self.directions()?;
+        for ((hypothesis, direction), noise) in
+            self.hypotheses.iter().zip(directions).zip(&self.drives)
+        {
+            let (kind, delay) = match (&hypothesis.effect, direction) {
+                (FaultEffect::ActuatorLag { input, nominal_s }, _) => {
+                    drives.push(self.drive(&tags, input, *nominal_s));
+                    (HypothesisKind::Driven(drives.len() - 1), 0.0)
+                }
+                (FaultEffect::Outputs { changes, delay_s }, Some(direction)) => {
+                    let change = tags
+                        .outputs
+                        .iter()
+                        .map(|tag| changes.get(tag).copied().unwrap_or(0.0));
+                    let change = DVector::from_iterator(tags.outputs.len(), change);
+                    let delay =
+                        self.delay(&tags, &change, &direction)? + delay_s / self.sample_time_s;
+                    (
+                        HypothesisKind::Direction(direction.as_slice().to_vec()),
+                        delay,
+                    )
+                }
+                (FaultEffect::Outputs { .. }, None) => continue,
+            };
+            hypotheses.push(HypothesisParts {
+                kind,
+                both_signs: hypothesis.both_signs,
+                offset: noise.offset,
+                floor: noise.floor,
+                delay,
+            });
+        }
+        let delay = if drives.is_empty() {
+            0
+        } else {
+            self.half_width
+        };
+        for hypothesis in &mut hypotheses {
+            // All evidence is late by as much.
+            hypothesis.delay += delay as f64;
+        }
+        Ok(Core::new(CoreParts {
+            generators: tags.runtime(&self.generators),
+            whitener: self.whitening.runtime(self.whitening.mean(), &self.scale),
+            limiter: self.limiter,
+            hypotheses,
+            drives,
+            delay,
+            settle: self.settle_samples(),
+            longest: self.longest,
+            limits: self.limits.clone(),
+            dispersion: self.dispersion.clone(),
+            options: DiagnosisOptions {
+                confidence: self.confidence,
+                direction_tolerance: self.direction_tolerance,
+            },
+        }))
+    }
+
+    pub(super) fn drive(&self, tags: &Tags, input: &str, nominal_lag_s: f64) -> Drive {
+        let zero = DVector::zeros(self.scale.len());
+        Drive::new(DriveParts {
+            input: tags.inputs.iter().position(|tag| tag == input).unwrap_or(0),
+            inputs: tags.inputs.len(),
+            sample_time_s: self.sample_time_s,
+            half_width: self.half_width,
+            nominal_lag_s,
+            generators: tags.linear(&self.generators),
+            whitener: self.whitening.runtime(&zero, &self.scale),
+        })
+    }
+}

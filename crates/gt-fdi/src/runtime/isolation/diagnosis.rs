@@ -1,0 +1,530 @@
+//! Which fault, since when, how large: probabilities of the hypotheses.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use serde::Serialize;
+
+use super::core::{Core, HypothesisKind, SHORTEST, score};
+use super::profile::Profile;
+
+/// Share of the profiles, before any evidence, that still grow.
+const STILL_GROWING: f64 = 0.5;
+/// Prior variance of a fault's size over the variance of its estimate: wide, so that a fault with
+/// more unknowns needs more evidence.
+const PRIOR_SPREAD: f64 = 400.0;
+/// Standard normal quantile of 97.5 %.
+const QUANTILE: f64 = 1.959_963_984_540_054;
+/// Prior probability of two faults at once, all pairs together.
+const TWO_AT_ONCE: f64 = 0.02;
+
+/// How a name is given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct DiagnosisOptions {
+    /// The probability from which on a hypothesis is named.
+    pub(crate) confidence: f64,
+    /// How far a fault's direction may be off, as a share of its length.
+    pub(crate) direction_tolerance: f64,
+}
+
+/// What is known of one hypothesis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Hypothesis {
+    /// Its probability, given that there is a fault.
+    pub probability: f64,
+    /// The fault's size now, in its unit, if it is this one.
+    pub magnitude: f64,
+    /// Lower end of the 95 % interval of `magnitude`.
+    pub magnitude_low: f64,
+    /// Upper end of it.
+    pub magnitude_high: f64,
+    /// Samples since the likeliest onset (the median), if it is this one.
+    pub age: f64,
+    /// Lower end of the 95 % interval of `age`.
+    pub age_low: f64,
+    /// Upper end of it.
+    pub age_high: f64,
+}
+
+/// Two hypotheses together.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Pair {
+    /// Positions of the two.
+    pub faults: [usize; 2],
+    /// The probability of this pair, given that there is a fault.
+    pub probability: f64,
+    /// Their sizes now, each in its unit.
+    pub magnitudes: [f64; 2],
+    /// Samples since their likeliest onsets.
+    pub ages: [f64; 2],
+}
+
+/// What can be said.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Finding {
+    /// No hypothesis is probable enough yet.
+    Undecided,
+    /// The hypothesis of this position.
+    Named(usize),
+    /// Two hypotheses at once, by position.
+    Both(usize, usize),
+    /// None of the hypotheses explains what is seen.
+    NoneOfThese,
+}
+
+/// The probabilities of all hypotheses, given that there is a fault.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diagnosis {
+    /// What can be said.
+    pub finding: Finding,
+    /// In the order of the hypotheses.
+    pub hypotheses: Vec<Hypothesis>,
+    /// The probability that it is none of them.
+    pub none_of_these: f64,
+    /// The likeliest pair, where two faults are more likely than one part in a thousand.
+    pub pair: Option<Pair>,
+}
+
+/// A sum of exponentials with moments, whatever their size.
+#[derive(Debug, Clone)]
+struct Mixture {
+    largest: f64,
+    total: f64,
+    mean: f64,
+    square: f64,
+    /// Weight of each onset.
+    onsets: Vec<f64>,
+    best: Option<Profile>,
+}
+
+impl Mixture {
+    fn new(edges: usize) -> Self {
+        Self {
+            largest: f64::NEG_INFINITY,
+            total: 0.0,
+            mean: 0.0,
+            square: 0.0,
+            onsets: vec![0.0; edges],
+            best: None,
+        }
+    }
+
+    fn add(&mut self, logarithm: f64, profile: &Profile, magnitude: f64, variance: f64) {
+        if logarithm > self.largest {
+            let shrink = libm::exp(self.largest - logarithm);
+            self.total *= shrink;
+            self.mean *= shrink;
+            self.square *= shrink;
+            for onset in &mut self.onsets {
+                *onset *= shrink;
+            }
+            self.largest = logarithm;
+            self.best = Some(*profile);
+        }
+        let weight = libm::exp(logarithm - self.largest);
+        self.total += weight;
+        self.mean += weight * magnitude;
+        self.square += weight * (magnitude * magnitude + variance);
+        if let Some(onset) = self.onsets.get_mut(profile.onset) {
+            *onset += weight;
+        }
+    }
+
+    fn logarithm(&self) -> f64 {
+        self.largest + libm::log(self.total)
+    }
+}
+
+impl Core {
+    /// Weighs all hypotheses by all that the memory holds: for each the likelihood of every onset
+    /// and end of growth, with a prior over them and over sizes.
+    pub(crate) fn diagnose(&mut self) -> Diagnosis {
+        self.refresh();
+        let edges = self.sums.len();
+        let count = self.parts.hypotheses.len();
+        let mut mixtures = vec![Mixture::new(edges); count + 1];
+        for (profile, prior) in self.profiles() {
+            for (place, mixture) in mixtures.iter_mut().enumerate() {
+                let found = score(&self.parts, &self.sums, place, &profile);
+                let logarithm = libm::log(prior) + self.evidence(place, &profile, found.squared);
+                let growth = profile.growth(&self.sums);
+                let variance = growth * growth * found.variance;
+                mixture.add(logarithm, &profile, growth * found.growth, variance);
+            }
+        }
+        let singles: Vec<f64> = mixtures.iter().map(Mixture::logarithm).collect();
+        let pairs = self.pairs(&mixtures);
+        let prior_of_pair = TWO_AT_ONCE / pairs.len().max(1) as f64;
+        let pair_logarithms = pairs
+            .iter()
+            .map(|(logarithm, _)| logarithm + libm::log(prior_of_pair * (count + 1) as f64));
+        let all = singles.iter().copied().chain(pair_logarithms.clone());
+        let largest = all.clone().fold(f64::NEG_INFINITY, f64::max);
+        let total: f64 = all.map(|logarithm| libm::exp(logarithm - largest)).sum();
+        let probability = |logarithm: f64| {
+            let share = libm::exp(logarithm - largest) / total;
+            if share.is_finite() { share } else { 0.0 }
+        };
+        let hypotheses: Vec<Hypothesis> = mixtures
+            .iter()
+            .take(count)
+            .zip(&singles)
+            .zip(&self.parts.hypotheses)
+            .map(|((mixture, logarithm), parts)| {
+                self.describe(mixture, probability(*logarithm), parts.delay)
+            })
+            .collect();
+        let none_of_these = singles.last().map_or(0.0, |own| probability(*own));
+        let mut likeliest: Option<Pair> = None;
+        for ((_, pair), logarithm) in pairs.iter().zip(pair_logarithms) {
+            let pair = Pair {
+                probability: probability(logarithm),
+                ..*pair
+            };
+            if pair.probability > likeliest.map_or(1e-3, |best| best.probability) {
+                likeliest = Some(pair);
+            }
+        }
+        let confidence = self.parts.options.confidence;
+        let named = hypotheses
+            .iter()
+            .position(|hypothesis| hypothesis.probability >= confidence);
+        let finding = match (named, likeliest) {
+            (Some(place), _) => Finding::Named(place),
+            (None, Some(pair)) if pair.probability >= confidence => {
+                Finding::Both(pair.faults[0], pair.faults[1])
+            }
+            _ if none_of_these >= confidence => Finding::NoneOfThese,
+            _ => Finding::Undecided,
+        };
+        Diagnosis {
+            finding,
+            hypotheses,
+            none_of_these,
+            pair: likeliest,
+        }
+    }
+
+    /// All profiles with their prior weights: onsets even in time, half of the faults still
+    /// growing, the others full since some time between the onset and now.
+    fn profiles(&self) -> impl Iterator<Item = (Profile, f64)> + '_ {
+        let edges = self.sums.len();
+        let onsets = (0..edges).filter(|&edge| self.sums.age(edge) >= SHORTEST);
+        onsets.flat_map(move |onset| {
+            let age = self.sums.age(onset);
+            let span = self.spacing(onset);
+            let growing = Profile { onset, full: None };
+            let full = (0..onset).map(move |full| {
+                let profile = Profile {
+                    onset,
+                    full: Some(full),
+                };
+                let share = self.spacing(full) / age;
+                (profile, span * (1.0 - STILL_GROWING) * share)
+            });
+            core::iter::once((growing, span * STILL_GROWING)).chain(full)
+        })
+    }
+
+    /// Samples for which an edge stands.
+    fn spacing(&self, edge: usize) -> f64 {
+        let younger = edge
+            .checked_sub(1)
+            .map_or(0.0, |before| self.sums.age(before));
+        (self.sums.age(edge) - younger).max(1.0)
+    }
+
+    /// The logarithm of the likelihood ratio of a hypothesis, with its size integrated out, and with
+    /// a direction that may be a little off.
+    fn evidence(&self, place: usize, profile: &Profile, squared: f64) -> f64 {
+        let shrink = 0.5 * PRIOR_SPREAD / (1.0 + PRIOR_SPREAD);
+        let cost = 0.5 * libm::log(1.0 + PRIOR_SPREAD);
+        let size = self.size() as f64;
+        if place >= self.parts.hypotheses.len() {
+            return shrink * squared - size * cost;
+        }
+        shrink * squared - cost + self.off_direction(&[(place, *profile)], squared)
+    }
+
+    /// What a direction that is a little off explains of what the hypotheses leave.
+    fn off_direction(&self, faults: &[(usize, Profile)], squared: f64) -> f64 {
+        let others = self.size() as f64 - faults.len() as f64;
+        let tolerance = self.parts.options.direction_tolerance;
+        let Some(&(place, profile)) = faults.first() else {
+            return 0.0;
+        };
+        if others < 1.0 {
+            return 0.0;
+        }
+        let spread = tolerance * tolerance * squared / others;
+        let left = self.left(place, &profile) / self.dispersion(place, &profile);
+        0.5 * left * spread / (1.0 + spread) - 0.5 * others * libm::log(1.0 + spread)
+    }
+
+    /// Square of the normalised change in any direction that a hypothesis leaves unexplained.
+    fn left(&self, place: usize, profile: &Profile) -> f64 {
+        let size = self.size();
+        let Some(hypothesis) = self.parts.hypotheses.get(place) else {
+            return 0.0;
+        };
+        let own = profile.own_energy(&self.sums);
+        let seen = |i: usize| profile.weighted(&self.sums, i);
+        match &hypothesis.kind {
+            HypothesisKind::Direction(direction) => {
+                let squares: f64 = direction.iter().map(|g| g * g).sum();
+                let along: f64 = direction.iter().enumerate().map(|(i, g)| g * seen(i)).sum();
+                let total: f64 = (0..size).map(|i| seen(i) * seen(i)).sum();
+                ((total - along * along / squares) / own).max(0.0)
+            }
+            HypothesisKind::Driven(drive) => {
+                let growth = score(&self.parts, &self.sums, place, profile).growth;
+                let first = size + drive * (size + 2) + 2;
+                let squares = (0..size).map(|i| {
+                    let explained = growth * profile.energy(&self.sums, first + i);
+                    (seen(i) - explained) * (seen(i) - explained)
+                });
+                squares.sum::<f64>() / own
+            }
+        }
+    }
+
+    fn dispersion(&self, place: usize, profile: &Profile) -> f64 {
+        let level = self.sums.level(profile.onset);
+        let levels = self.parts.dispersion.get(place);
+        levels
+            .and_then(|own| own.get(level).or(own.last()))
+            .copied()
+            .unwrap_or(1.0)
+    }
+
+    fn describe(&self, mixture: &Mixture, probability: f64, delay: f64) -> Hypothesis {
+        let total = mixture.total.max(f64::MIN_POSITIVE);
+        let magnitude = mixture.mean / total;
+        let variance = (mixture.square / total - magnitude * magnitude).max(0.0);
+        let half = QUANTILE * libm::sqrt(variance);
+        let age = |share: f64| (self.age_at(mixture, share) + delay).max(0.0);
+        Hypothesis {
+            probability,
+            magnitude,
+            magnitude_low: magnitude - half,
+            magnitude_high: magnitude + half,
+            age: age(0.5),
+            age_low: age(0.025),
+            age_high: age(0.975),
+        }
+    }
+
+    /// The age below which a share of the onsets lies; an edge stands for the time half way to its
+    /// neighbours.
+    fn age_at(&self, mixture: &Mixture, share: f64) -> f64 {
+        let wanted = share * mixture.total;
+        let mut before = 0.0;
+        for (edge, weight) in mixture.onsets.iter().enumerate() {
+            if before + weight >= wanted && *weight > 0.0 {
+                let own = self.sums.age(edge);
+                let younger = edge.checked_sub(1).map_or(own, |edge| self.sums.age(edge));
+                let older = if edge + 1 < self.sums.len() {
+                    self.sums.age(edge + 1)
+                } else {
+                    own
+                };
+                let (from, to) = (0.5 * (younger + own), 0.5 * (own + older));
+                return from + (to - from) * (wanted - before) / weight;
+            }
+            before += weight;
+        }
+        self.sums.age(self.sums.len().saturating_sub(1))
+    }
+
+    /// For every pair of hypotheses the logarithm of its likelihood ratio: each fault at its best
+    /// profile beside the other's, found in turns.
+    fn pairs(&self, mixtures: &[Mixture]) -> Vec<(f64, Pair)> {
+        let count = self.parts.hypotheses.len();
+        let mut pairs = Vec::new();
+        for first in 0..count {
+            for second in first + 1..count {
+                let starts = (
+                    mixtures.get(first).and_then(|own| own.best),
+                    mixtures.get(second).and_then(|own| own.best),
+                );
+                let (Some(one), Some(two)) = starts else {
+                    continue;
+                };
+                // From the likelier of the two.
+                let weight = |place: usize| mixtures.get(place).map_or(0.0, |own| own.largest);
+                let (mut fixed, mut free) = if weight(first) >= weight(second) {
+                    ((first, one), (second, two))
+                } else {
+                    ((second, two), (first, one))
+                };
+                let mut best = None;
+                for _ in 0..3 {
+                    let mut found: Option<(f64, Profile)> = None;
+                    for (profile, prior) in self.profiles() {
+                        let joint = self.joint(fixed, (free.0, profile));
+                        let value = 0.5 * joint.squared + libm::log(prior);
+                        if found.is_none_or(|(largest, _)| value > largest) {
+                            found = Some((value, profile));
+                        }
+                    }
+                    let Some((_, profile)) = found else {
+                        break;
+                    };
+                    free.1 = profile;
+                    best = Some(self.joint(fixed, free));
+                    core::mem::swap(&mut fixed, &mut free);
+                }
+                let Some(joint) = best else {
+                    continue;
+                };
+                // After three turns the two have changed places three times.
+                let (last, other) = (fixed, free);
+                let sorted = if last.0 == first {
+                    (last, other)
+                } else {
+                    (other, last)
+                };
+                let joint = Joint {
+                    ..self.joint(sorted.0, sorted.1).or(joint)
+                };
+                pairs.push((
+                    self.pair_evidence(sorted.0, sorted.1, joint.squared, mixtures),
+                    Pair {
+                        faults: [first, second],
+                        probability: 0.0,
+                        magnitudes: joint.magnitudes,
+                        ages: [
+                            self.sums.age(sorted.0.1.onset),
+                            self.sums.age(sorted.1.1.onset),
+                        ],
+                    },
+                ));
+            }
+        }
+        pairs
+    }
+
+    fn pair_evidence(
+        &self,
+        one: (usize, Profile),
+        two: (usize, Profile),
+        squared: f64,
+        mixtures: &[Mixture],
+    ) -> f64 {
+        let shrink = 0.5 * PRIOR_SPREAD / (1.0 + PRIOR_SPREAD);
+        let cost = 0.5 * libm::log(1.0 + PRIOR_SPREAD);
+        // The prior of a profile and how many like it explain as much: as each alone.
+        let room = |place: usize| {
+            mixtures.get(place).map_or(0.0, |own| {
+                let prior = own.best.map_or(1.0, |profile| self.prior(&profile));
+                libm::log(own.total) + libm::log(prior)
+            })
+        };
+        let tolerance = self.off_direction_of_pair(one, two, squared);
+        shrink * squared - 2.0 * cost + room(one.0) + room(two.0) + tolerance
+    }
+
+    fn prior(&self, profile: &Profile) -> f64 {
+        let span = self.spacing(profile.onset);
+        match profile.full {
+            None => span * STILL_GROWING,
+            Some(full) => {
+                let share = self.spacing(full) / self.sums.age(profile.onset);
+                span * (1.0 - STILL_GROWING) * share
+            }
+        }
+    }
+
+    /// As a single fault's, without what is left: the same cost, so that pairs are not favoured.
+    fn off_direction_of_pair(&self, _: (usize, Profile), _: (usize, Profile), squared: f64) -> f64 {
+        let others = self.size() as f64 - 2.0;
+        if others < 1.0 {
+            return 0.0;
+        }
+        let tolerance = self.parts.options.direction_tolerance;
+        let spread = tolerance * tolerance * squared / others;
+        -0.5 * others * libm::log(1.0 + spread)
+    }
+
+    /// Two faults at once, fitted together.
+    fn joint(&self, one: (usize, Profile), two: (usize, Profile)) -> Joint {
+        let (a, b) = (
+            score(&self.parts, &self.sums, one.0, &one.1),
+            score(&self.parts, &self.sums, two.0, &two.1),
+        );
+        if a.variance <= 0.0 || b.variance <= 0.0 {
+            return Joint::default();
+        }
+        // In units of each one's own standard deviation.
+        let (za, zb) = (
+            a.growth / libm::sqrt(a.variance),
+            b.growth / libm::sqrt(b.variance),
+        );
+        let cross = self.cross(one, two) * libm::sqrt(a.variance * b.variance);
+        let dispersion =
+            libm::sqrt(self.dispersion(one.0, &one.1) * self.dispersion(two.0, &two.1));
+        let correlation = (cross / dispersion).clamp(-0.999, 0.999);
+        let determinant = 1.0 - correlation * correlation;
+        let (xa, xb) = (
+            (za - correlation * zb) / determinant,
+            (zb - correlation * za) / determinant,
+        );
+        let allowed = |place: usize, growth: f64| {
+            let hypothesis = self.parts.hypotheses.get(place);
+            growth >= 0.0 || hypothesis.is_some_and(|own| own.both_signs)
+        };
+        if !allowed(one.0, xa) || !allowed(two.0, xb) {
+            return Joint::default();
+        }
+        Joint {
+            squared: za * xa + zb * xb,
+            magnitudes: [
+                xa * libm::sqrt(a.variance) * one.1.growth(&self.sums),
+                xb * libm::sqrt(b.variance) * two.1.growth(&self.sums),
+            ],
+        }
+    }
+
+    /// How alike two faults are to the residuals: `sum f g psi_one' psi_two`.
+    fn cross(&self, one: (usize, Profile), two: (usize, Profile)) -> f64 {
+        let size = self.size();
+        let kinds = (
+            self.parts.hypotheses.get(one.0).map(|own| &own.kind),
+            self.parts.hypotheses.get(two.0).map(|own| &own.kind),
+        );
+        match kinds {
+            (Some(HypothesisKind::Direction(left)), Some(HypothesisKind::Direction(right))) => {
+                let product: f64 = left.iter().zip(right).map(|(l, r)| l * r).sum();
+                product * one.1.cross(&two.1, &self.sums, None)
+            }
+            (Some(HypothesisKind::Direction(direction)), Some(HypothesisKind::Driven(drive)))
+            | (Some(HypothesisKind::Driven(drive)), Some(HypothesisKind::Direction(direction))) => {
+                let first = size + drive * (size + 2) + 2;
+                let terms = direction.iter().enumerate();
+                terms
+                    .map(|(i, g)| g * one.1.cross(&two.1, &self.sums, Some(first + i)))
+                    .sum()
+            }
+            // Two inputs that move apart.
+            _ => 0.0,
+        }
+    }
+}
+
+/// What two faults explain together.
+#[derive(Debug, Clone, Copy, Default)]
+struct Joint {
+    squared: f64,
+    magnitudes: [f64; 2],
+}
+
+impl Joint {
+    fn or(self, other: Self) -> Self {
+        if self.squared >= other.squared {
+            self
+        } else {
+            other
+        }
+    }
+}
