@@ -47,15 +47,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         isolator.whitening().order(),
         isolator.limits()
     );
-    for (name, (own, time)) in isolator
+    for (name, time) in isolator
         .hypotheses()
         .iter()
         .map(|own| own.name.as_str())
         .chain(["any direction"])
-        .zip(isolator.dispersion().iter().zip(isolator.mean_times()))
+        .zip(isolator.mean_times())
     {
         println!(
-            "  {name}: dispersion {own:.2?}; {:.0} h ({:.0} .. {:.0})",
+            "  {name}: {:.0} h ({:.0} .. {:.0})",
             time.hours.unwrap_or(0.0),
             time.hours_low.unwrap_or(0.0),
             time.hours_high.unwrap_or(0.0)
@@ -67,6 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for direction in isolator.directions()?.into_iter().flatten() {
         println!("  {:.3?}", direction.as_slice());
     }
+    println!("wander after 300 s {:.2?}", isolator.wander().last());
     println!("prepared in {:.0} s", started.elapsed().as_secs_f64());
     let guesses = match level {
         NoiseLevel::None => [0.03, 0.02, 0.04, 0.03],

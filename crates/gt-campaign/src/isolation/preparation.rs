@@ -2,7 +2,7 @@
 
 use gtfdi::core::Dataset;
 use gtfdi::fdi::{
-    EffectPair, FaultEffect, FaultHypothesis, IsolationDesign, Isolator, NoiseCovariance,
+    EffectPair, FaultEffect, FaultHypothesis, IsolationDesign, Isolator, JointWhitening, NoiseCovariance,
     ResidualGenerator,
 };
 use gtfdi::ident::eiv::EivIdentification;
@@ -90,17 +90,18 @@ impl Preparation {
                 Vec::new(),
             )
         };
-        let faults = hypotheses(setting, &generators, noisy)?;
+        let runs: Vec<_> = (0..self.healthy_hours)
+            .map(|hour| healthy_run(HEALTHY_INDEX + hour))
+            .collect();
+        let healthy = setting.records(&runs, HEALTHY_S)?;
+        let whitening = IsolationDesign::whitening(&generators, &healthy).during("whitening")?;
+        let faults = hypotheses(setting, &generators, &whitening, noisy)?;
         let mut design = IsolationDesign::new(faults)
             .arl0_hours(self.arl0_hours)
             .half_width(if noisy { HALF_WIDTH } else { 0 });
         for (tag, deviation) in input_deviations {
             design = design.input_deviation(tag, deviation);
         }
-        let runs: Vec<_> = (0..self.healthy_hours)
-            .map(|hour| healthy_run(HEALTHY_INDEX + hour))
-            .collect();
-        let healthy = setting.records(&runs, HEALTHY_S)?;
         let isolator = design
             .calibrate(format!("{}", setting.map_set), generators, &healthy)
             .during("isolator")?;
@@ -172,6 +173,7 @@ fn noisy_generators(setting: &Setting, training: &Dataset) -> Result<Noisy, Camp
 fn hypotheses(
     setting: &Setting,
     generators: &[ResidualGenerator],
+    whitening: &JointWhitening,
     noisy: bool,
 ) -> Result<Vec<FaultHypothesis>, CampaignError> {
     let sizes = if noisy { NOISY_SIZES } else { QUIET_SIZES };
@@ -189,6 +191,7 @@ fn hypotheses(
             .collect();
         let effect = FaultEffect::learn(
             generators,
+            whitening,
             &[EffectPair {
                 faulty: &pair[1],
                 healthy: &pair[0],

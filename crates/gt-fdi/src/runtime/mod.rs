@@ -36,7 +36,7 @@ pub use exceedance_run::{ExceedanceRun, Persistence};
 pub use fleet::{Fleet, FleetError};
 pub(crate) use generator::{Generator, Matrices, Samples, Update};
 pub(crate) use isolation::{
-    Core, CoreParts, DiagnosisOptions, Drive, DriveParts, HypothesisKind, HypothesisParts,
+    Core, CoreParts, DiagnosisOptions, Drive, DriveParts, HypothesisKind, HypothesisParts, LevelParts,
     JointWhitener, JointWhitenerParts,
 };
 pub use isolation::{Diagnosis, Finding, Hypothesis, IsolationVerdict, Pair};

@@ -127,26 +127,11 @@ impl IsolationDesign {
             return Err(FdiError::NoHealthyData);
         }
         let sample_time_s = first.sample_time_s();
-        let settle = generators.iter().map(ResidualGenerator::settle_samples);
-        let settle = settle.max().unwrap_or(0);
-        let mut settled: Vec<DMatrix<f64>> = Vec::with_capacity(healthy.len());
-        for (record, data) in healthy.iter().enumerate() {
-            if data.len() <= settle {
-                return Err(FdiError::HealthySamples {
-                    record,
-                    needed: settle + 1,
-                    found: data.len(),
-                });
-            }
-            let own = residuals(&generators, data)?;
-            let own = own.columns(settle, own.ncols() - settle).into_owned();
-            check_finite(&format!("healthy residual {record}"), own.as_slice())?;
-            settled.push(own);
-        }
+        let settled = settled_residuals(&generators, healthy)?;
         let whitening = JointWhitening::estimate(&settled.iter().collect::<Vec<_>>())?;
         let scale = robust_scale(&whitening, &settled)?;
         drop(settled);
-        let count = self.faults.len();
+        let (count, size) = (self.faults.len(), scale.len());
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // checked
         let longest = (self.longest_s / sample_time_s).round().max(1.0) as usize;
         let waiting = MeanTime {
@@ -169,7 +154,8 @@ impl IsolationDesign {
             hypotheses: self.faults.clone(),
             drives: vec![DriveNoise::default(); count],
             limits: vec![f64::INFINITY; count + 1],
-            dispersion: vec![vec![1.0]; count + 1],
+            wander: vec![identity(size)],
+            driven_variance: vec![vec![1.0]; count],
             mean_times: vec![waiting; count + 1],
             confidence: self.confidence,
             direction_tolerance: self.direction_tolerance,
@@ -178,10 +164,22 @@ impl IsolationDesign {
         // Checked before the long work.
         let _ = Isolator::checked(name.clone(), fields.clone())?;
         fields.drives = self.drive_noise(&fields, healthy)?;
-        fields.dispersion = dispersion(&fields, healthy)?;
+        (fields.wander, fields.driven_variance) = wander(&fields, healthy)?;
         let (limits, mean_times) = self.limits(&fields, healthy)?;
         (fields.limits, fields.mean_times) = (limits, mean_times);
         Isolator::checked(name, fields)
+    }
+
+    /// The joint whitening that [`IsolationDesign::calibrate`] uses, for [`FaultEffect::learn`].
+    ///
+    /// # Errors
+    /// As [`IsolationDesign::calibrate`].
+    pub fn whitening(
+        generators: &[ResidualGenerator],
+        healthy: &[Dataset],
+    ) -> Result<JointWhitening, FdiError> {
+        let settled = settled_residuals(generators, healthy)?;
+        JointWhitening::estimate(&settled.iter().collect::<Vec<_>>())
     }
 
     fn check(&self) -> Result<(), FdiError> {
@@ -289,6 +287,33 @@ impl IsolationDesign {
     }
 }
 
+/// The residuals of each record without those in which the generators settle.
+fn settled_residuals(
+    generators: &[ResidualGenerator],
+    healthy: &[Dataset],
+) -> Result<Vec<DMatrix<f64>>, FdiError> {
+    let settles = generators
+        .iter()
+        .map(ResidualGenerator::settle_samples);
+    let settle = settles.max().unwrap_or(0);
+    let records = healthy.iter().enumerate();
+    records
+        .map(|(record, data)| {
+            if data.len() <= settle {
+                return Err(FdiError::HealthySamples {
+                    record,
+                    needed: settle + 1,
+                    found: data.len(),
+                });
+            }
+            let own = residuals(generators, data)?;
+            let own = own.columns(settle, own.ncols() - settle).into_owned();
+            check_finite(&format!("healthy residual {record}"), own.as_slice())?;
+            Ok(own)
+        })
+        .collect()
+}
+
 /// Runs the core over records, calling `visit` after every settled sample.
 fn run(fields: &Fields, records: &[Dataset], mut visit: impl FnMut(&Core)) -> Result<(), FdiError> {
     let tags = Tags::of(&fields.generators);
@@ -306,46 +331,71 @@ fn run(fields: &Fields, records: &[Dataset], mut visit: impl FnMut(&Core)) -> Re
     Ok(())
 }
 
-/// The healthy mean of each statistic's square over that of white residuals, by the memory's level.
-fn dispersion(fields: &Fields, healthy: &[Dataset]) -> Result<Vec<Vec<f64>>, FdiError> {
+/// The identity by rows.
+fn identity(size: usize) -> Vec<Vec<f64>> {
+    by_rows(&DMatrix::identity(size, size))
+}
+
+fn by_rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let rows = matrix.row_iter();
+    rows.map(|row| row.iter().copied().collect()).collect()
+}
+
+/// By the memory's level the covariance of the normalised sums of healthy residuals, by rows, and
+/// of each hypothesis the variance of its normalised agreement where it is driven. White residuals
+/// have the identity and 1; no direction counts as quieter than that.
+type Wander = (Vec<Vec<Vec<f64>>>, Vec<Vec<f64>>);
+
+fn wander(fields: &Fields, healthy: &[Dataset]) -> Result<Wander, FdiError> {
     // Of both signs: the square of either half is the same.
     let mut symmetric = fields.clone();
     for hypothesis in &mut symmetric.hypotheses {
         hypothesis.both_signs = true;
     }
-    let size = fields.scale.len() as f64;
-    let count = fields.hypotheses.len() + 1;
+    let (size, count) = (fields.scale.len(), fields.hypotheses.len());
     let levels = fields.core()?.levels();
-    let mut sums = vec![vec![(0.0, 0_usize); levels]; count];
+    let mut covariances = vec![(DMatrix::<f64>::zeros(size, size), 0_usize); levels];
+    let mut squares = vec![vec![(0.0, 0_usize); levels]; count];
     let mut samples = 0_usize;
     run(&symmetric, healthy, |core| {
         samples += 1;
         // Sums overlap so much that one in many tells as much as all.
         if samples.is_multiple_of(8 * SAMPLES_A_SCAN) {
-            core.squares(|place, level, squared| {
-                let (sum, number) = &mut sums[place][level];
-                *sum += squared;
-                *number += 1;
+            core.normalised(|level, place, values| {
+                if place < count {
+                    let (sum, number) = &mut squares[place][level];
+                    *sum += values[0] * values[0];
+                    *number += 1;
+                } else {
+                    let (sum, number) = &mut covariances[level];
+                    let values = DVector::from_column_slice(values);
+                    sum.ger(1.0, &values, &values, 1.0);
+                    *number += 1;
+                }
             });
         }
     })?;
-    Ok(sums
-        .into_iter()
-        .enumerate()
-        .map(|(place, levels)| {
-            let unknowns = if place + 1 == count { size } else { 1.0 };
-            let mut last = 1.0_f64;
-            levels
-                .into_iter()
-                .map(|(sum, number)| {
-                    if number > 0 {
-                        last = (sum / number as f64 / unknowns).max(1.0);
-                    }
-                    last
-                })
-                .collect()
-        })
-        .collect())
+    let mut last = DMatrix::identity(size, size);
+    let wander = covariances.into_iter().map(|(sum, number)| {
+        if number > size {
+            let mut parts = (sum / number as f64).symmetric_eigen();
+            parts.eigenvalues.apply(|value| *value = value.max(1.0));
+            last = parts.recompose();
+        }
+        by_rows(&last)
+    });
+    let wander = wander.collect();
+    let driven = squares.into_iter().map(|levels| {
+        let mut last = 1.0_f64;
+        let own = levels.into_iter().map(|(sum, number)| {
+            if number > 0 {
+                last = (sum / number as f64).max(1.0);
+            }
+            last
+        });
+        own.collect()
+    });
+    Ok((wander, driven.collect()))
 }
 
 fn robust_scale(

@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 
 use gt_core::Dataset;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::linear::Tags;
 use crate::FdiError;
+use crate::design::calibration::check_finite;
 use crate::design::channels::Channels;
 use crate::design::generator::ResidualGenerator;
+use crate::design::joint_whitening::JointWhitening;
 
 /// What a fault does to what is measured, for each unit of its size.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -114,19 +116,26 @@ impl FaultHypothesis {
 }
 
 impl FaultEffect {
-    /// The lasting changes of the outputs that explain, by least squares, what faults of known
-    /// course changed of the residuals: `d f(t)` and, for the delay, `e f'(t)`, each through the
-    /// generators. Residuals weigh by their root mean square change.
+    /// The lasting changes of the outputs that would do to the whitened residuals what faults of
+    /// known course did: by least squares `g f(t) + h f'(t)` of each, where `g` gives the changes
+    /// and `h` the delay. Where a model is wrong about how the inputs answer a fault, that is in
+    /// these changes too.
     ///
     /// # Errors
     /// [`FdiError`] when a record lacks a tag, sizes have another length or show no fault.
-    pub fn learn(generators: &[ResidualGenerator], pairs: &[EffectPair]) -> Result<Self, FdiError> {
+    pub fn learn(
+        generators: &[ResidualGenerator],
+        whitening: &JointWhitening,
+        pairs: &[EffectPair],
+    ) -> Result<Self, FdiError> {
         let tags = Tags::of(generators);
         let size = tags.outputs.len();
-        let sample_time_s = generators
-            .first()
-            .map_or(1.0, ResidualGenerator::sample_time_s);
-        let mut changes: Vec<DMatrix<f64>> = Vec::new();
+        let Some(first) = generators.first() else {
+            return Err(FdiError::NoHealthyData);
+        };
+        // Sums of f^2, f f', f'^2, and of f v and f' v.
+        let mut information = [0.0; 3];
+        let mut agreement = DMatrix::<f64>::zeros(size, 2);
         for pair in pairs {
             gt_core::DimensionError::check("fault sizes", pair.faulty.len(), pair.sizes.len())?;
             gt_core::DimensionError::check(
@@ -134,62 +143,41 @@ impl FaultEffect {
                 pair.faulty.len(),
                 pair.healthy.len(),
             )?;
-            super::super::calibration::check_finite("fault sizes", pair.sizes)?;
-            changes
-                .push(residuals(generators, pair.faulty)? - residuals(generators, pair.healthy)?);
-        }
-        let weights: Vec<f64> = (0..size)
-            .map(|row| {
-                let squares: f64 = changes.iter().map(|own| own.row(row).norm_squared()).sum();
-                if squares > 0.0 {
-                    squares.sqrt().recip()
-                } else {
-                    1.0
-                }
-            })
-            .collect();
-        let mut information = DMatrix::<f64>::zeros(2 * size, 2 * size);
-        let mut agreement = DVector::<f64>::zeros(2 * size);
-        for (pair, change) in pairs.iter().zip(&changes) {
-            let rates: Vec<f64> = (0..pair.sizes.len())
-                .map(|t| {
-                    t.checked_sub(1)
-                        .map_or(0.0, |before| pair.sizes[t] - pair.sizes[before])
-                })
-                .collect();
-            let mut regressors: Vec<DMatrix<f64>> = Vec::with_capacity(2 * size);
-            for course in [pair.sizes, &rates] {
-                for output in 0..size {
-                    let mut y = DMatrix::zeros(size, course.len());
-                    y.row_mut(output).copy_from_slice(course);
-                    let u = DMatrix::zeros(tags.inputs.len(), course.len());
-                    regressors.push(weighted(&tags.response(generators, &u, &y), &weights));
-                }
-            }
-            let change = weighted(change, &weights);
-            for (i, left) in regressors.iter().enumerate() {
-                agreement[i] += left.dot(&change);
-                for (j, right) in regressors.iter().enumerate().take(i + 1) {
-                    let product = left.dot(right);
-                    information[(i, j)] += product;
-                    if i != j {
-                        information[(j, i)] += product;
-                    }
-                }
+            check_finite("fault sizes", pair.sizes)?;
+            let change = residuals(generators, pair.faulty)? - residuals(generators, pair.healthy)?;
+            check_finite("residuals of a fault", change.as_slice())?;
+            let white = whitening.response(&change)?;
+            let mut before = 0.0;
+            for (column, &f) in white.column_iter().zip(pair.sizes) {
+                let rate = f - before;
+                before = f;
+                information[0] += f * f;
+                information[1] += f * rate;
+                information[2] += rate * rate;
+                agreement.column_mut(0).axpy(f, &column, 1.0);
+                agreement.column_mut(1).axpy(rate, &column, 1.0);
             }
         }
-        let solved = information
-            .svd(true, true)
-            .solve(&agreement, f64::EPSILON * 1e3)
-            .ok()
-            .filter(|solved| solved.rows(0, size).amax() > 0.0)
+        let [ff, fr, rr] = information;
+        let determinant = ff * rr - fr * fr;
+        if determinant <= f64::EPSILON * ff * rr {
+            return Err(FdiError::NoEffect);
+        }
+        let (with_size, with_rate) = (agreement.column(0), agreement.column(1));
+        let lasting = (with_size * rr - with_rate * fr) / determinant;
+        let late = (with_rate * ff - with_size * fr) / determinant;
+        let steady = whitening.steady_gain() * tags.steady_gain(generators)?;
+        let changes = steady
+            .lu()
+            .solve(&lasting)
+            .filter(|changes| changes.amax() > 0.0)
             .ok_or(FdiError::NoEffect)?;
-        let lasting = solved.rows(0, size);
-        let late = -solved.rows(size, size).dot(&lasting) / lasting.norm_squared();
-        let named = tags.outputs.iter().cloned().zip(lasting.iter().copied());
+        let all = -late.dot(&lasting) / lasting.norm_squared();
+        let own = tags.growth_delay(generators, whitening, &changes)?;
+        let named = tags.outputs.iter().cloned().zip(changes.iter().copied());
         Ok(Self::Outputs {
             changes: named.collect(),
-            delay_s: late * sample_time_s,
+            delay_s: (all - own) * first.sample_time_s(),
         })
     }
 }
@@ -210,14 +198,5 @@ pub(super) fn residuals(
         all.rows_mut(first, own.nrows()).copy_from(&own);
         first += own.nrows();
     }
-    // Nothing is known of a sample without a residual.
-    Ok(all.map(|value| if value.is_finite() { value } else { 0.0 }))
-}
-
-fn weighted(change: &DMatrix<f64>, weights: &[f64]) -> DMatrix<f64> {
-    let mut scaled = change.clone();
-    for (mut row, weight) in scaled.row_iter_mut().zip(weights) {
-        row *= *weight;
-    }
-    scaled
+    Ok(all)
 }

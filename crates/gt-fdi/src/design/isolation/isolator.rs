@@ -12,7 +12,7 @@ use crate::design::generator::ResidualGenerator;
 use crate::design::joint_whitening::JointWhitening;
 use crate::design::mean_time::MeanTime;
 use crate::runtime::{
-    Core, CoreParts, DiagnosisOptions, Drive, DriveParts, HypothesisKind, HypothesisParts,
+    Core, CoreParts, DiagnosisOptions, Drive, DriveParts, HypothesisKind, HypothesisParts, LevelParts,
 };
 
 /// The version of the file format of an [`Isolator`].
@@ -55,7 +55,10 @@ pub(super) struct Fields {
     /// Of each hypothesis, of a drive: the healthy mean of its agreement, and its noise's energy.
     pub(super) drives: Vec<DriveNoise>,
     pub(super) limits: Vec<f64>,
-    pub(super) dispersion: Vec<Vec<f64>>,
+    /// By the memory's level: covariance (m x m, by rows) of the normalised sums.
+    pub(super) wander: Vec<Vec<Vec<f64>>>,
+    /// Of each hypothesis, by the memory's level: variance of its normalised agreement.
+    pub(super) driven_variance: Vec<Vec<f64>>,
     /// The promise of each limit.
     pub(super) mean_times: Vec<MeanTime>,
     pub(super) confidence: f64,
@@ -133,10 +136,11 @@ impl Isolator {
         &self.fields.mean_times
     }
 
-    /// For each hypothesis and, last, any direction, by the age of an onset (doubling from the first
-    /// entry to the next): how much more the healthy residuals wander than white ones.
-    pub fn dispersion(&self) -> &[Vec<f64>] {
-        &self.fields.dispersion
+    /// By the age of an onset (doubling from one entry to the next): the covariance (m x m, by rows)
+    /// of the normalised sums of healthy residuals. The identity for white ones; more is how much,
+    /// and in which directions, the models err over such times.
+    pub fn wander(&self) -> &[Vec<Vec<f64>>] {
+        &self.fields.wander
     }
 
     /// Tags of the inputs, in the order of the detector.
@@ -195,7 +199,7 @@ impl Fields {
             ("scales", size, self.scale.len()),
             ("drives", count, self.drives.len()),
             ("limits", count + 1, self.limits.len()),
-            ("dispersions", count + 1, self.dispersion.len()),
+            ("variances of drives", count, self.driven_variance.len()),
             ("promises", count + 1, self.mean_times.len()),
         ];
         for (what, expected, found) in sizes {
@@ -205,10 +209,10 @@ impl Fields {
         let options = above_zero
             .map(|value| ("scale, limits, limiter", *value, *value > 0.0))
             .chain(
-                self.dispersion
+                self.driven_variance
                     .iter()
                     .flatten()
-                    .map(|value| ("dispersion", *value, *value >= 1.0)),
+                    .map(|value| ("driven_variance", *value, *value >= 1.0)),
             )
             .chain([
                 (
@@ -227,10 +231,16 @@ impl Fields {
             if !holds || found.is_nan() {
                 return Err(FdiError::Option {
                     option,
-                    expected: "a number in its range: above 0, dispersion from 1 on, confidence \
+                    expected: "a number in its range: above 0, driven_variance from 1 on, confidence \
                                between 0.5 and 1",
                     found,
                 });
+            }
+        }
+        for level in &self.wander {
+            DimensionError::check("isolator, rows of wander", size, level.len())?;
+            for row in level {
+                DimensionError::check("isolator, columns of wander", size, row.len())?;
             }
         }
         let lengths = [
@@ -277,28 +287,12 @@ impl Fields {
         Ok(own.collect())
     }
 
-    /// Samples by which the whitened residuals follow a growing change of the outputs.
-    fn delay(
-        &self,
-        tags: &Tags,
-        changes: &DVector<f64>,
-        direction: &DVector<f64>,
-    ) -> Result<f64, FdiError> {
-        let length = 2 * (self.settle_samples() + self.whitening.order()) + 2;
-        let y = DMatrix::from_fn(changes.len(), length, |row, t| changes[row] * t as f64);
-        let u = DMatrix::zeros(tags.inputs.len(), length);
-        let change = self
-            .whitening
-            .response(&tags.response(&self.generators, &u, &y))?;
-        let last = change.column(length - 1).component_div(&self.scale);
-        Ok((length - 1) as f64 - last.dot(direction) / direction.norm_squared())
-    }
-
     pub(super) fn core(&self) -> Result<Core, FdiError> {
         let tags = Tags::of(&self.generators);
         let mut drives = Vec::new();
         let mut hypotheses = Vec::new();
         let directions = self.directions()?;
+        let own_directions = directions.clone();
         for ((hypothesis, direction), noise) in
             self.hypotheses.iter().zip(directions).zip(&self.drives)
         {
@@ -313,8 +307,8 @@ impl Fields {
                         .iter()
                         .map(|tag| changes.get(tag).copied().unwrap_or(0.0));
                     let change = DVector::from_iterator(tags.outputs.len(), change);
-                    let delay =
-                        self.delay(&tags, &change, &direction)? + delay_s / self.sample_time_s;
+                    let own = tags.growth_delay(&self.generators, &self.whitening, &change)?;
+                    let delay = own + delay_s / self.sample_time_s;
                     (
                         HypothesisKind::Direction(direction.as_slice().to_vec()),
                         delay,
@@ -349,12 +343,53 @@ impl Fields {
             settle: self.settle_samples(),
             longest: self.longest,
             limits: self.limits.clone(),
-            dispersion: self.dispersion.clone(),
+            levels: self.level_parts(&own_directions)?,
             options: DiagnosisOptions {
                 confidence: self.confidence,
                 direction_tolerance: self.direction_tolerance,
             },
         }))
+    }
+
+    fn level_parts(
+        &self,
+        directions: &[Option<DVector<f64>>],
+    ) -> Result<Vec<LevelParts>, FdiError> {
+        let size = self.scale.len();
+        let levels = self.wander.iter().enumerate();
+        levels
+            .map(|(index, rows)| {
+                let covariance = DMatrix::from_fn(size, size, |i, j| rows[i][j]);
+                let metric = covariance
+                    .cholesky()
+                    .map(|root| root.inverse())
+                    .ok_or(FdiError::Option {
+                        option: "wander",
+                        expected: "positive definite matrices",
+                        found: index as f64,
+                    })?;
+                let mut parts = LevelParts {
+                    metric: metric.transpose().as_slice().to_vec(),
+                    projected: Vec::new(),
+                    scale: Vec::new(),
+                };
+                for (direction, variances) in directions.iter().zip(&self.driven_variance) {
+                    match direction {
+                        Some(direction) => {
+                            let projected = &metric * direction;
+                            parts.scale.push(projected.dot(direction));
+                            parts.projected.push(projected.as_slice().to_vec());
+                        }
+                        None => {
+                            let own = variances.get(index).or(variances.last());
+                            parts.scale.push(own.copied().unwrap_or(1.0));
+                            parts.projected.push(Vec::new());
+                        }
+                    }
+                }
+                Ok(parts)
+            })
+            .collect()
     }
 
     pub(super) fn drive(&self, tags: &Tags, input: &str, nominal_lag_s: f64) -> Drive {

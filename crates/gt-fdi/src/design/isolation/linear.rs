@@ -1,9 +1,10 @@
 //! Generators as linear systems of deviations.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::FdiError;
 use crate::design::generator::ResidualGenerator;
+use crate::design::joint_whitening::JointWhitening;
 use crate::runtime::{Generator, Update};
 
 /// The tags of a set of generators.
@@ -95,5 +96,25 @@ impl Tags {
                 .copy_from(&change.column(length - 1));
         }
         Ok(gain)
+    }
+
+    /// Samples by which the whitened residuals follow changes (m) of the outputs that grow evenly.
+    pub(super) fn growth_delay(
+        &self,
+        generators: &[ResidualGenerator],
+        whitening: &JointWhitening,
+        changes: &DVector<f64>,
+    ) -> Result<f64, FdiError> {
+        let settle = generators
+            .iter()
+            .map(ResidualGenerator::settle_samples)
+            .max();
+        let length = 2 * (settle.unwrap_or(0) + whitening.order()) + 2;
+        let y = DMatrix::from_fn(changes.len(), length, |row, t| changes[row] * t as f64);
+        let u = DMatrix::zeros(self.inputs.len(), length);
+        let white = whitening.response(&self.response(generators, &u, &y))?;
+        let (last, before) = (white.column(length - 1), white.column(length - 2));
+        let growth = last - before;
+        Ok((length - 1) as f64 - last.dot(&growth) / growth.norm_squared())
     }
 }

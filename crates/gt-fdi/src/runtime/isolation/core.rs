@@ -37,6 +37,32 @@ pub(crate) struct HypothesisParts {
     pub(crate) delay: f64,
 }
 
+/// How healthy residuals wander over times of one level of the memory.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct LevelParts {
+    /// Inverse `M` of the covariance (m x m, row by row) of normalised sums; the identity for white
+    /// residuals.
+    pub(crate) metric: Vec<f64>,
+    /// Of each hypothesis with a direction `g`: `M g`; else nothing.
+    pub(crate) projected: Vec<Vec<f64>>,
+    /// Of each hypothesis: `g' M g`; of a driven one the variance of its normalised agreement.
+    pub(crate) scale: Vec<f64>,
+}
+
+impl LevelParts {
+    /// `s' M s`.
+    pub(super) fn square(&self, s: impl Fn(usize) -> f64) -> f64 {
+        let size = self.metric.len().isqrt();
+        let rows = self.metric.chunks_exact(size.max(1)).enumerate();
+        rows.map(|(i, row)| {
+            let own = s(i);
+            let terms = row.iter().enumerate();
+            terms.map(|(j, value)| own * value * s(j)).sum::<f64>()
+        })
+        .sum()
+    }
+}
+
 /// What a [`Core`] is made of.
 #[derive(Debug, Clone)]
 pub(crate) struct CoreParts {
@@ -54,9 +80,8 @@ pub(crate) struct CoreParts {
     pub(crate) longest: usize,
     /// A limit a hypothesis, and one for a change in any direction.
     pub(crate) limits: Vec<f64>,
-    /// For each of them, by the memory's level, the healthy mean of its square over that of white
-    /// residuals, at least 1.
-    pub(crate) dispersion: Vec<Vec<f64>>,
+    /// How healthy residuals wander, by the memory's level.
+    pub(crate) levels: Vec<LevelParts>,
     pub(crate) options: DiagnosisOptions,
 }
 
@@ -87,6 +112,8 @@ const FOLLOW: f64 = 1.0 / 64.0;
 const BLOCKS_A_SCAN: usize = 2;
 /// Scans without an exceedance that end an alarm.
 const RELEASE_SCANS: usize = 64;
+/// Least share of a drive's energy that counts as more than noise.
+const LEAST_REAL: f64 = 0.25;
 /// The youngest onset that is judged, in samples.
 pub(super) const SHORTEST: f64 = 8.0;
 
@@ -293,9 +320,12 @@ impl Core {
         self.memory.levels()
     }
 
-    /// For each statistic the square at every edge with the edge's level, as of the last scan;
-    /// for calibration.
-    pub(crate) fn squares(&self, mut visit: impl FnMut(usize, usize, f64)) {
+    /// For calibration: `visit(level, place, values)` with the normalised sums (m) of the whitened
+    /// residuals for every edge, as of the last scan, under the place one past the hypotheses, and
+    /// with the normalised agreement of each driven hypothesis under its own.
+    pub(crate) fn normalised(&self, mut visit: impl FnMut(usize, usize, &[f64])) {
+        let mut values = vec![0.0; self.size()];
+        let count = self.parts.hypotheses.len();
         for edge in 0..self.sums.len() {
             if self.sums.age(edge) < SHORTEST {
                 continue;
@@ -304,9 +334,17 @@ impl Core {
                 onset: edge,
                 full: None,
             };
-            for place in 0..=self.parts.hypotheses.len() {
-                let squared = score(&self.parts, &self.sums, place, &profile).squared;
-                visit(place, self.sums.level(edge), squared);
+            let root = libm::sqrt(profile.own_energy(&self.sums));
+            for (i, value) in values.iter_mut().enumerate() {
+                *value = profile.weighted(&self.sums, i) / root;
+            }
+            let level = self.sums.level(edge);
+            visit(level, count, &values);
+            for (place, hypothesis) in self.parts.hypotheses.iter().enumerate() {
+                if matches!(hypothesis.kind, HypothesisKind::Driven(_)) {
+                    let squared = score(&self.parts, &self.sums, place, &profile).squared;
+                    visit(level, place, &[libm::sqrt(squared)]);
+                }
             }
         }
     }
@@ -343,51 +381,53 @@ pub(super) struct Score {
     pub(super) variance: f64,
 }
 
+/// The level of the memory that an onset lies in.
+pub(super) fn level<'a>(parts: &'a CoreParts, sums: &Suffixes, onset: usize) -> Option<&'a LevelParts> {
+    let levels = &parts.levels;
+    levels.get(sums.level(onset)).or(levels.last())
+}
+
 /// The score of the hypothesis at `place`; after the last one, of a change in any direction.
 pub(super) fn score(parts: &CoreParts, sums: &Suffixes, place: usize, profile: &Profile) -> Score {
-    let level = sums.level(profile.onset);
-    let levels = parts.dispersion.get(place);
-    let dispersion = levels
-        .and_then(|own| own.get(level).or(own.last()))
-        .copied()
-        .unwrap_or(1.0);
-    let size = parts.generators.iter().map(Generator::ny).sum::<usize>();
+    let Some(level) = level(parts, sums, profile.onset) else {
+        return Score::default();
+    };
     let Some(hypothesis) = parts.hypotheses.get(place) else {
-        let energy = profile.own_energy(sums);
-        let squares = (0..size).map(|i| profile.weighted(sums, i).powi(2));
+        let square = level.square(|i| profile.weighted(sums, i));
         return Score {
-            squared: squares.sum::<f64>() / energy / dispersion,
+            squared: square / profile.own_energy(sums),
             growth: 0.0,
             variance: 0.0,
         };
     };
-    let (agreement, energy) = match &hypothesis.kind {
-        HypothesisKind::Direction(direction) => {
-            let terms = direction.iter().enumerate();
+    let scale = level.scale.get(place).copied().unwrap_or(1.0);
+    // For the estimate the energy of what was real, for its error that of all.
+    let (agreement, real, variance) = match &hypothesis.kind {
+        HypothesisKind::Direction(_) => {
+            let projected = level.projected.get(place).into_iter().flatten();
+            let terms = projected.enumerate();
             let agreement = terms
                 .map(|(i, g)| g * profile.weighted(sums, i))
                 .sum::<f64>();
-            (
-                agreement,
-                dot(direction, direction) * profile.own_energy(sums),
-            )
+            let energy = scale * profile.own_energy(sums);
+            (agreement, energy, energy)
         }
         HypothesisKind::Driven(drive) => {
+            let size = level.metric.len().isqrt();
             let first = size + drive * (size + 2);
             let agreement = profile.weighted(sums, first) - hypothesis.offset * profile.sum(sums);
             let energy = profile.energy(sums, first + 1);
-            (
-                agreement,
-                energy + hypothesis.floor * profile.own_energy(sums),
-            )
+            let noise = hypothesis.floor * profile.own_energy(sums);
+            let real = (energy - noise).max(LEAST_REAL * energy);
+            (agreement, real, scale * (energy + noise))
         }
     };
-    if energy <= 0.0 || (agreement < 0.0 && !hypothesis.both_signs) {
+    if real <= 0.0 || (agreement < 0.0 && !hypothesis.both_signs) {
         return Score::default();
     }
     Score {
-        squared: agreement * agreement / energy / dispersion,
-        growth: agreement / energy,
-        variance: dispersion / energy,
+        squared: agreement * agreement / variance,
+        growth: agreement / real,
+        variance: variance / (real * real),
     }
 }

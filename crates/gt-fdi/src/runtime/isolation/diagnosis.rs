@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 
 use serde::Serialize;
 
-use super::core::{Core, HypothesisKind, SHORTEST, score};
+use super::core::{Core, HypothesisKind, SHORTEST, level, score};
 use super::profile::Profile;
 
 /// Share of the profiles, before any evidence, that still grow.
@@ -15,6 +15,11 @@ const STILL_GROWING: f64 = 0.5;
 const PRIOR_SPREAD: f64 = 400.0;
 /// Standard normal quantile of 97.5 %.
 const QUANTILE: f64 = 1.959_963_984_540_054;
+/// Of the edges every fourth may be the onset of one of two faults, every eighth an end of growth.
+const PAIR_ONSETS: usize = 4;
+const PAIR_ENDS: usize = 8;
+/// Correlation beyond which two faults cannot be told apart.
+const MOST_ALIKE: f64 = 0.95;
 /// Prior probability of two faults at once, all pairs together.
 const TWO_AT_ONCE: f64 = 0.02;
 
@@ -95,6 +100,8 @@ struct Mixture {
     square: f64,
     /// Weight of each onset.
     onsets: Vec<f64>,
+    /// The largest likelihood ratio's logarithm, whatever the prior, with its profile.
+    highest: f64,
     best: Option<Profile>,
 }
 
@@ -106,11 +113,23 @@ impl Mixture {
             mean: 0.0,
             square: 0.0,
             onsets: vec![0.0; edges],
+            highest: f64::NEG_INFINITY,
             best: None,
         }
     }
 
-    fn add(&mut self, logarithm: f64, profile: &Profile, magnitude: f64, variance: f64) {
+    fn add(
+        &mut self,
+        (evidence, prior): (f64, f64),
+        profile: &Profile,
+        magnitude: f64,
+        variance: f64,
+    ) {
+        if evidence > self.highest {
+            self.highest = evidence;
+            self.best = Some(*profile);
+        }
+        let logarithm = evidence + libm::log(prior);
         if logarithm > self.largest {
             let shrink = libm::exp(self.largest - logarithm);
             self.total *= shrink;
@@ -120,7 +139,6 @@ impl Mixture {
                 *onset *= shrink;
             }
             self.largest = logarithm;
-            self.best = Some(*profile);
         }
         let weight = libm::exp(logarithm - self.largest);
         self.total += weight;
@@ -144,13 +162,13 @@ impl Core {
         let edges = self.sums.len();
         let count = self.parts.hypotheses.len();
         let mut mixtures = vec![Mixture::new(edges); count + 1];
-        for (profile, prior) in self.profiles() {
+        for (profile, prior) in self.profiles(1, 2) {
             for (place, mixture) in mixtures.iter_mut().enumerate() {
                 let found = score(&self.parts, &self.sums, place, &profile);
-                let logarithm = libm::log(prior) + self.evidence(place, &profile, found.squared);
+                let evidence = self.evidence(place, &profile, found.squared);
                 let growth = profile.growth(&self.sums);
                 let variance = growth * growth * found.variance;
-                mixture.add(logarithm, &profile, growth * found.growth, variance);
+                mixture.add((evidence, prior), &profile, growth * found.growth, variance);
             }
         }
         let singles: Vec<f64> = mixtures.iter().map(Mixture::logarithm).collect();
@@ -206,31 +224,34 @@ impl Core {
         }
     }
 
-    /// All profiles with their prior weights: onsets even in time, half of the faults still
-    /// growing, the others full since some time between the onset and now.
-    fn profiles(&self) -> impl Iterator<Item = (Profile, f64)> + '_ {
+    /// Profiles with their prior weights, which sum to 1: onsets even in time, half of the faults
+    /// still growing, the others full since some time between the onset and now. Of the edges every
+    /// `onsets`th may be an onset, every `ends`th an end of growth.
+    fn profiles(&self, onsets: usize, ends: usize) -> impl Iterator<Item = (Profile, f64)> + '_ {
         let edges = self.sums.len();
-        let onsets = (0..edges).filter(|&edge| self.sums.age(edge) >= SHORTEST);
-        onsets.flat_map(move |onset| {
+        let horizon = self.sums.age(edges.saturating_sub(1)).max(1.0);
+        let places = (0..edges).step_by(onsets);
+        let old = places.filter(|&edge| self.sums.age(edge) >= SHORTEST);
+        old.flat_map(move |onset| {
             let age = self.sums.age(onset);
-            let span = self.spacing(onset);
+            let span = self.spacing(onset, onsets) / horizon;
             let growing = Profile { onset, full: None };
-            let full = (0..onset).map(move |full| {
+            let full = (0..onset).step_by(ends).map(move |full| {
                 let profile = Profile {
                     onset,
                     full: Some(full),
                 };
-                let share = self.spacing(full) / age;
+                let share = self.spacing(full, ends) / age;
                 (profile, span * (1.0 - STILL_GROWING) * share)
             });
             core::iter::once((growing, span * STILL_GROWING)).chain(full)
         })
     }
 
-    /// Samples for which an edge stands.
-    fn spacing(&self, edge: usize) -> f64 {
+    /// Samples for which an edge stands where every `stride`th does.
+    fn spacing(&self, edge: usize, stride: usize) -> f64 {
         let younger = edge
-            .checked_sub(1)
+            .checked_sub(stride)
             .map_or(0.0, |before| self.sums.age(before));
         (self.sums.age(edge) - younger).max(1.0)
     }
@@ -258,44 +279,36 @@ impl Core {
             return 0.0;
         }
         let spread = tolerance * tolerance * squared / others;
-        let left = self.left(place, &profile) / self.dispersion(place, &profile);
+        let left = self.left(place, &profile);
         0.5 * left * spread / (1.0 + spread) - 0.5 * others * libm::log(1.0 + spread)
     }
 
     /// Square of the normalised change in any direction that a hypothesis leaves unexplained.
     fn left(&self, place: usize, profile: &Profile) -> f64 {
-        let size = self.size();
-        let Some(hypothesis) = self.parts.hypotheses.get(place) else {
+        let sums = &self.sums;
+        let (Some(hypothesis), Some(level)) = (
+            self.parts.hypotheses.get(place),
+            level(&self.parts, sums, profile.onset),
+        ) else {
             return 0.0;
         };
-        let own = profile.own_energy(&self.sums);
-        let seen = |i: usize| profile.weighted(&self.sums, i);
+        let found = score(&self.parts, sums, place, profile);
+        let own = profile.own_energy(sums);
         match &hypothesis.kind {
-            HypothesisKind::Direction(direction) => {
-                let squares: f64 = direction.iter().map(|g| g * g).sum();
-                let along: f64 = direction.iter().enumerate().map(|(i, g)| g * seen(i)).sum();
-                let total: f64 = (0..size).map(|i| seen(i) * seen(i)).sum();
-                ((total - along * along / squares) / own).max(0.0)
+            HypothesisKind::Direction(_) => {
+                let total = level.square(|i| profile.weighted(sums, i)) / own;
+                let along = found.growth * found.growth / found.variance.max(f64::MIN_POSITIVE);
+                (total - along).max(0.0)
             }
             HypothesisKind::Driven(drive) => {
-                let growth = score(&self.parts, &self.sums, place, profile).growth;
-                let first = size + drive * (size + 2) + 2;
-                let squares = (0..size).map(|i| {
-                    let explained = growth * profile.energy(&self.sums, first + i);
-                    (seen(i) - explained) * (seen(i) - explained)
-                });
-                squares.sum::<f64>() / own
+                let first = self.size() + drive * (self.size() + 2) + 2;
+                let unexplained = |i: usize| {
+                    let explained = found.growth * profile.energy(sums, first + i);
+                    profile.weighted(sums, i) - explained
+                };
+                level.square(unexplained) / own
             }
         }
-    }
-
-    fn dispersion(&self, place: usize, profile: &Profile) -> f64 {
-        let level = self.sums.level(profile.onset);
-        let levels = self.parts.dispersion.get(place);
-        levels
-            .and_then(|own| own.get(level).or(own.last()))
-            .copied()
-            .unwrap_or(1.0)
     }
 
     fn describe(&self, mixture: &Mixture, probability: f64, delay: f64) -> Hypothesis {
@@ -358,10 +371,9 @@ impl Core {
                 } else {
                     ((second, two), (first, one))
                 };
-                let mut best = None;
                 for _ in 0..3 {
                     let mut found: Option<(f64, Profile)> = None;
-                    for (profile, prior) in self.profiles() {
+                    for (profile, prior) in self.profiles(PAIR_ONSETS, PAIR_ENDS) {
                         let joint = self.joint(fixed, (free.0, profile));
                         let value = 0.5 * joint.squared + libm::log(prior);
                         if found.is_none_or(|(largest, _)| value > largest) {
@@ -372,12 +384,8 @@ impl Core {
                         break;
                     };
                     free.1 = profile;
-                    best = Some(self.joint(fixed, free));
                     core::mem::swap(&mut fixed, &mut free);
                 }
-                let Some(joint) = best else {
-                    continue;
-                };
                 // After three turns the two have changed places three times.
                 let (last, other) = (fixed, free);
                 let sorted = if last.0 == first {
@@ -385,9 +393,7 @@ impl Core {
                 } else {
                     (other, last)
                 };
-                let joint = Joint {
-                    ..self.joint(sorted.0, sorted.1).or(joint)
-                };
+                let joint = self.joint(sorted.0, sorted.1);
                 pairs.push((
                     self.pair_evidence(sorted.0, sorted.1, joint.squared, mixtures),
                     Pair {
@@ -414,26 +420,14 @@ impl Core {
     ) -> f64 {
         let shrink = 0.5 * PRIOR_SPREAD / (1.0 + PRIOR_SPREAD);
         let cost = 0.5 * libm::log(1.0 + PRIOR_SPREAD);
-        // The prior of a profile and how many like it explain as much: as each alone.
+        // How much of the prior explains as much as the best profile does: as each alone.
         let room = |place: usize| {
             mixtures.get(place).map_or(0.0, |own| {
-                let prior = own.best.map_or(1.0, |profile| self.prior(&profile));
-                libm::log(own.total) + libm::log(prior)
+                own.logarithm() - own.highest
             })
         };
         let tolerance = self.off_direction_of_pair(one, two, squared);
         shrink * squared - 2.0 * cost + room(one.0) + room(two.0) + tolerance
-    }
-
-    fn prior(&self, profile: &Profile) -> f64 {
-        let span = self.spacing(profile.onset);
-        match profile.full {
-            None => span * STILL_GROWING,
-            Some(full) => {
-                let share = self.spacing(full) / self.sums.age(profile.onset);
-                span * (1.0 - STILL_GROWING) * share
-            }
-        }
     }
 
     /// As a single fault's, without what is left: the same cost, so that pairs are not favoured.
@@ -457,14 +451,12 @@ impl Core {
             return Joint::default();
         }
         // In units of each one's own standard deviation.
-        let (za, zb) = (
-            a.growth / libm::sqrt(a.variance),
-            b.growth / libm::sqrt(b.variance),
-        );
-        let cross = self.cross(one, two) * libm::sqrt(a.variance * b.variance);
-        let dispersion =
-            libm::sqrt(self.dispersion(one.0, &one.1) * self.dispersion(two.0, &two.1));
-        let correlation = (cross / dispersion).clamp(-0.999, 0.999);
+        let deviations = (libm::sqrt(a.variance), libm::sqrt(b.variance));
+        let (za, zb) = (a.growth / deviations.0, b.growth / deviations.1);
+        let correlation = self.cross(one, two) * deviations.0 * deviations.1;
+        if correlation.abs() > MOST_ALIKE {
+            return Joint::default();
+        }
         let determinant = 1.0 - correlation * correlation;
         let (xa, xb) = (
             (za - correlation * zb) / determinant,
@@ -480,8 +472,8 @@ impl Core {
         Joint {
             squared: za * xa + zb * xb,
             magnitudes: [
-                xa * libm::sqrt(a.variance) * one.1.growth(&self.sums),
-                xb * libm::sqrt(b.variance) * two.1.growth(&self.sums),
+                xa * deviations.0 * one.1.growth(&self.sums),
+                xb * deviations.1 * two.1.growth(&self.sums),
             ],
         }
     }
@@ -495,7 +487,11 @@ impl Core {
         );
         match kinds {
             (Some(HypothesisKind::Direction(left)), Some(HypothesisKind::Direction(right))) => {
-                let product: f64 = left.iter().zip(right).map(|(l, r)| l * r).sum();
+                let onset = one.1.onset.max(two.1.onset);
+                let projected = level(&self.parts, &self.sums, onset)
+                    .and_then(|level| level.projected.get(two.0))
+                    .map_or(&right[..], |own| &own[..]);
+                let product: f64 = left.iter().zip(projected).map(|(l, r)| l * r).sum();
                 product * one.1.cross(&two.1, &self.sums, None)
             }
             (Some(HypothesisKind::Direction(direction)), Some(HypothesisKind::Driven(drive)))
@@ -517,14 +513,4 @@ impl Core {
 struct Joint {
     squared: f64,
     magnitudes: [f64; 2],
-}
-
-impl Joint {
-    fn or(self, other: Self) -> Self {
-        if self.squared >= other.squared {
-            self
-        } else {
-            other
-        }
-    }
 }

@@ -9,7 +9,7 @@ mod profile;
 mod suffix;
 
 pub use self::core::IsolationVerdict;
-pub(crate) use self::core::{Core, CoreParts, HypothesisKind, HypothesisParts};
+pub(crate) use self::core::{Core, CoreParts, HypothesisKind, HypothesisParts, LevelParts};
 pub(crate) use diagnosis::DiagnosisOptions;
 pub use diagnosis::{Diagnosis, Finding, Hypothesis, Pair};
 pub(crate) use drive::{Drive, DriveParts};
