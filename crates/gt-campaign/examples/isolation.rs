@@ -122,6 +122,55 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let rows = study.rows(&prepared)?;
     println!("{:#?}", NamingSummary::of(&rows));
+    for case in 1..=4 {
+        let own: Vec<_> = rows
+            .iter()
+            .filter(|row| row.case == case && row.alarm_s.is_some())
+            .collect();
+        let n = own.len() as f64;
+        let inside = own
+            .iter()
+            .filter(|row| {
+                row.onset_interval_s
+                    .is_some_and(|[l, h]| l <= row.onset_s && row.onset_s <= h)
+            })
+            .count() as f64;
+        let early = own
+            .iter()
+            .filter(|row| row.onset_interval_s.is_some_and(|[_, h]| h < row.onset_s))
+            .count() as f64;
+        let bias = own
+            .iter()
+            .map(|row| {
+                row.onset_interval_s
+                    .map_or(0.0, |[l, h]| 0.5 * (l + h) - row.onset_s)
+            })
+            .sum::<f64>()
+            / n;
+        let width = own
+            .iter()
+            .map(|row| row.onset_interval_s.map_or(0.0, |[l, h]| h - l))
+            .sum::<f64>()
+            / n;
+        let size = own
+            .iter()
+            .filter(|row| {
+                row.magnitude
+                    .is_some_and(|m| (m - row.size).abs() < 0.15 * row.size.abs())
+            })
+            .count() as f64;
+        let ratio = own
+            .iter()
+            .map(|row| row.magnitude.unwrap_or(0.0) / row.size)
+            .sum::<f64>()
+            / n;
+        println!(
+            "case {case}: onset inside {:.3}, interval early {:.3}, bias {bias:.2} s, width {width:.1} s; size right {:.3}, mean ratio {ratio:.3}",
+            inside / n,
+            early / n,
+            size / n
+        );
+    }
     for row in rows
         .iter()
         .filter(|row| row.ever_wrong || row.named.is_none())

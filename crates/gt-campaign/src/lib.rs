@@ -22,5 +22,5 @@ pub use bank_design::{
 pub use error::CampaignError;
 pub use progress::{Progress, Silent};
 pub use reproduce::tables;
-pub use reproduce::{Figure, Reproduction, reproduce};
+pub use reproduce::{Depth, Figure, Reproduction, reproduce};
 pub use statistic_choice::{OptionRefusal, StatisticChoice, StatisticName};

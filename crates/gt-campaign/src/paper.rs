@@ -141,6 +141,53 @@ pub const EIV_OUTPUTS: [EivOutput; 4] = [
 /// four models.
 pub const EIV_INPUT_NOISE: [f64; 2] = [0.1417, 0.2623];
 
+/// A row of Table 10: a minimal detectable fault, in percent of the signal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MinimalFault {
+    /// The tag of the output that is watched.
+    pub tag: &'static str,
+    /// The paper's name of it.
+    pub output: &'static str,
+    /// Without noise.
+    pub noise_free_percent: f64,
+    /// With noise.
+    pub noisy_percent: f64,
+    /// The delay allowed, in seconds.
+    pub delay_s: f64,
+}
+
+/// Table 10, by case.
+pub const TABLE10: [MinimalFault; 4] = [
+    MinimalFault {
+        tag: "q_c",
+        output: "q_l",
+        noise_free_percent: 0.5,
+        noisy_percent: 13.0,
+        delay_s: 30.0,
+    },
+    MinimalFault {
+        tag: "t3",
+        output: "t_k",
+        noise_free_percent: 10.0,
+        noisy_percent: 13.0,
+        delay_s: 30.0,
+    },
+    MinimalFault {
+        tag: "p7",
+        output: "p_h",
+        noise_free_percent: 5.0,
+        noisy_percent: 17.0,
+        delay_s: 60.0,
+    },
+    MinimalFault {
+        tag: "m9",
+        output: "m_j",
+        noise_free_percent: 1.0,
+        noisy_percent: 14.0,
+        delay_s: 10.0,
+    },
+];
+
 /// The inputs of all models: valve angle and (demanded) fuel flow.
 pub const INPUTS: [&str; 2] = ["a_v", "M_f"];
 

@@ -13,7 +13,7 @@ const ONSET_S: f64 = 120.0;
 const FIRST_INDEX: u64 = 5000;
 /// Halvings of the range of sizes, which begins at a factor of [`RANGE`].
 const HALVINGS: usize = 6;
-const RANGE: f64 = 6.0;
+const RANGE: f64 = 4.0;
 
 /// A search for the minimal detectable fault `MDF(T, ARL0, P_d)`: the smallest size at time `T`
 /// after the onset of a ramp from 0 for which the probability of an alarm within `T` is `P_d`.

@@ -2,8 +2,8 @@
 
 use gtfdi::core::Dataset;
 use gtfdi::fdi::{
-    EffectPair, FaultEffect, FaultHypothesis, IsolationDesign, Isolator, JointWhitening, NoiseCovariance,
-    ResidualGenerator,
+    EffectPair, FaultEffect, FaultHypothesis, IsolationDesign, Isolator, JointWhitening,
+    NoiseCovariance, ResidualGenerator,
 };
 use gtfdi::ident::eiv::EivIdentification;
 use gtfdi::ident::{Arx, OrderChoice, OrderKind};

@@ -3,6 +3,7 @@
 use gtfdi::fdi::FalseAlarmRate;
 
 use super::tables::{Cogeneration, Manoeuvre, Table6Seeds, Table7Row, Table8Row, Table9, Tables};
+use super::tables::{IsolationTable, Table10Row};
 use crate::report::text::digits;
 
 /// What the origins in Table 3 mean, beside the table.
@@ -56,6 +57,30 @@ pub(super) const MANOEUVRE_HEAD: [&str; 6] = [
     "change %",
     "standard deviation",
     "settles after [s]",
+];
+/// Head of Table 10.
+pub(super) const TABLE10_HEAD: [&str; 9] = [
+    "fault",
+    "maps",
+    "within [s]",
+    "paper % (noisy)",
+    "no noise %",
+    "Table 8 %",
+    "Tables 4, 5 %",
+    "effect %",
+    "95 % interval, Table 8",
+];
+/// Head of the naming of faults.
+pub(super) const ISOLATION_HEAD: [&str; 9] = [
+    "maps",
+    "noise",
+    "runs",
+    "detected %",
+    "named right %",
+    "ever wrong %",
+    "undecided %",
+    "size within 15 %",
+    "onset in interval %",
 ];
 /// Head of Table 6.
 pub(super) const TABLE6_HEAD: [&str; 5] = [
@@ -360,5 +385,59 @@ impl Manoeuvre {
             "Largest deviation of T_ot from the set point of {set_point_k:.1} K: \
              {largest_deviation_k:+.2} K, at {largest_deviation_time_s:.0} s."
         )
+    }
+}
+
+impl Table10Row {
+    pub(super) fn cells(&self) -> Vec<String> {
+        let shown = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |own| digits(own, 2));
+        let maps = if self.ambient_varies {
+            format!("{}, ambient varies", self.map_set)
+        } else {
+            self.map_set.clone()
+        };
+        let paper = self.paper_percent.map_or_else(
+            || "-".to_owned(),
+            |[clean, noisy]| format!("{clean} ({noisy})"),
+        );
+        let interval = self.interval[1].map_or_else(
+            || "-".to_owned(),
+            |[low, high]| format!("{} .. {}", shown(low), shown(high)),
+        );
+        vec![
+            format!("{} {}", self.case, self.name),
+            maps,
+            format!("{}", self.delay_s),
+            paper,
+            shown(self.noise_free_percent),
+            shown(self.noisy_percent),
+            shown(self.noisy_accuracy_percent),
+            shown(self.effect_percent),
+            interval,
+        ]
+    }
+}
+
+impl IsolationTable {
+    pub(super) fn cells(&self) -> Vec<String> {
+        let own = &self.summary;
+        let shares = [
+            own.detected_percent,
+            own.accuracy_percent,
+            own.wrong_fault_alarm_percent,
+            own.undecided_percent,
+            own.magnitude_within_15_percent,
+            own.onset_in_interval_percent,
+        ];
+        let shares = shares.iter().zip(&own.intervals_percent);
+        let mut cells = vec![
+            self.map_set.clone(),
+            self.noise.clone(),
+            own.runs.to_string(),
+        ];
+        cells.extend(
+            shares.map(|(share, [low, high])| format!("{share:.1} ({low:.1} .. {high:.1})")),
+        );
+        cells
     }
 }

@@ -4,9 +4,10 @@ use gt_log::build_info;
 
 use super::Reproduction;
 use super::cells::{
-    CONTRADICTIONS_HEAD, DETECTION_HEAD, OBSERVER_HEAD, SEEDS_HEAD, TABLE3_HEAD, TABLE3_NOTE,
-    TABLE6_HEAD, TABLE9_NOTE, signature_cells,
+    CONTRADICTIONS_HEAD, DETECTION_HEAD, ISOLATION_HEAD, OBSERVER_HEAD, SEEDS_HEAD, TABLE3_HEAD,
+    TABLE3_NOTE, TABLE6_HEAD, TABLE9_NOTE, TABLE10_HEAD, signature_cells,
 };
+use super::tables::Table10Row;
 use crate::report::page::{Cell, Page};
 
 /// Entries of Table 3 may differ by this much, in percent of the paper's value: about what its own
@@ -32,11 +33,7 @@ impl Reproduction {
         self.detection(&mut page);
         self.cogeneration(&mut page);
 
-        page.section("open", "Not computed yet");
-        page.paragraph(
-            "Table 10 (minimal detectable faults) and the statistics of isolation are null or empty \
-             in the JSON; nothing here stands in for them.",
-        );
+        self.limits(&mut page);
         let build = build_info();
         page.finish(&format!(
             "gtfdi {} ({}), {}. Seed {}; sample time {} s. Logs of all runs are in logs/, the \
@@ -178,6 +175,22 @@ impl Reproduction {
         page.table(&DETECTION_HEAD, &rows);
         page.note(&tables.detection_definition);
         self.figures_of(page, "residual_");
+    }
+
+    /// Table 10 and the naming of faults.
+    fn limits(&self, page: &mut Page) {
+        let tables = &self.tables;
+        page.section(
+            "table10",
+            "Minimal detectable faults (Table 10) and their names",
+        );
+        let rows = tables.table10.iter().map(Table10Row::cells);
+        let rows: Vec<Vec<Cell>> = rows.map(plain).collect();
+        page.table(&TABLE10_HEAD, &rows);
+        let rows = tables.isolation.iter().chain(&tables.isolation_others);
+        let rows: Vec<Vec<Cell>> = rows.map(|table| plain(table.cells())).collect();
+        page.table(&ISOLATION_HEAD, &rows);
+        page.note(&tables.table10_definition);
     }
 
     fn summary(&self, page: &mut Page) {

@@ -7,6 +7,7 @@ mod detection;
 mod effects;
 mod figures;
 mod html;
+mod limits;
 mod models;
 mod noise_models;
 mod records;
@@ -31,6 +32,7 @@ use crate::error::{CampaignError, During as _};
 use crate::progress::Progress;
 
 pub use figures::Figure;
+pub use limits::Depth;
 
 /// A finished reproduction: the numbers, and what is needed to write them down.
 #[derive(Debug)]
@@ -48,11 +50,16 @@ pub struct Reproduction {
 
 /// Computes the tables: simulates the records, identifies, designs, detects.
 ///
-/// Everything follows from `seed`; the number of threads does not matter to any number.
+/// `depth` says how many runs are behind Table 10 and the naming of faults. Everything follows from
+/// `seed`; the number of threads does not matter to any number.
 ///
 /// # Errors
 /// [`CampaignError`] names the run or the model that failed.
-pub fn reproduce(seed: u64, progress: &dyn Progress) -> Result<Reproduction, CampaignError> {
+pub fn reproduce(
+    seed: u64,
+    depth: Depth,
+    progress: &dyn Progress,
+) -> Result<Reproduction, CampaignError> {
     let (table3, table3_notes) = steady::table3()?;
     let map_sets = [MapSet::Paper, MapSet::Axial];
     progress.report("fault effects", 0, 1);
@@ -98,6 +105,8 @@ pub fn reproduce(seed: u64, progress: &dyn Progress) -> Result<Reproduction, Cam
         .map(|(map_set, records)| (map_set, records.load_reduction.as_slice()))
         .collect();
     let (table7, table8) = noise_models::tables(seed, progress)?;
+    let limits = limits::compute(seed, depth, progress)?;
+    let mut isolation = limits.isolation.into_iter();
     let tables = Tables {
         schema_version: SCHEMA_VERSION,
         version: env!("CARGO_PKG_VERSION"),
@@ -121,8 +130,10 @@ pub fn reproduce(seed: u64, progress: &dyn Progress) -> Result<Reproduction, Cam
         observers_definition: detection::observers_definition(),
         detection: detection::detection_rows(paper_records, &fault_runs),
         detection_definition: detection::detection_definition(FAULT_RUN_S),
-        table10: vec![],
-        isolation: None,
+        table10: limits.table10,
+        isolation: isolation.next(),
+        isolation_others: isolation.collect(),
+        table10_definition: limits.definition,
     };
     let mut figures = figures::record_figures(paper_records)?;
     figures.extend(figures::free_run_figures(paper_models, paper_records)?);

@@ -10,6 +10,7 @@ use serde::Serialize;
 pub use super::cogeneration::{Cogeneration, Load, Manoeuvre, Transition};
 pub use super::contradictions::Contradiction;
 pub use super::effects::{Effects, PaperSignature};
+pub use super::limits::{IsolationTable, Table10Row};
 
 /// Version of the JSON object; it rises when a key changes its meaning.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -62,10 +63,14 @@ pub struct Tables {
     pub detection: Vec<DetectionRow>,
     /// How `detection` is computed.
     pub detection_definition: String,
-    /// Table 10: minimal detectable faults; not computed yet.
-    pub table10: Vec<()>,
-    /// Isolation statistics; not computed yet.
-    pub isolation: Option<()>,
+    /// Table 10: minimal detectable faults.
+    pub table10: Vec<Table10Row>,
+    /// How often faults are named, with Table 8's noise on the `paper` maps.
+    pub isolation: Option<IsolationTable>,
+    /// The same for other maps and noise.
+    pub isolation_others: Vec<IsolationTable>,
+    /// How `table10` and `isolation` are computed.
+    pub table10_definition: String,
 }
 
 /// A variable of Table 3.

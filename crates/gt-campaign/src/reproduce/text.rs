@@ -4,11 +4,12 @@ use std::fmt::Write as _;
 
 use super::Reproduction;
 use super::cells::{
-    DETECTION_HEAD, LOADS_HEAD, MANOEUVRE_HEAD, MONITORED_HEAD, OBSERVER_HEAD, SEEDS_HEAD,
-    TABLE3_HEAD, TABLE3_NOTE, TABLE6_HEAD, TABLE7_HEAD, TABLE8_HEAD, signature_cells,
+    DETECTION_HEAD, ISOLATION_HEAD, LOADS_HEAD, MANOEUVRE_HEAD, MONITORED_HEAD, OBSERVER_HEAD,
+    SEEDS_HEAD, TABLE3_HEAD, TABLE3_NOTE, TABLE6_HEAD, TABLE7_HEAD, TABLE8_HEAD, TABLE10_HEAD,
+    signature_cells,
 };
 use super::sections::SHARE_NOTE;
-use super::tables::{Table7Row, Table8Row};
+use super::tables::{IsolationTable, Table7Row, Table8Row, Table10Row};
 use crate::report::text::{table, wrap};
 
 /// Characters in a line of a definition.
@@ -80,6 +81,13 @@ impl Reproduction {
             &tables.detection_cells(),
             &tables.detection_definition,
         );
+        let rows: Vec<_> = tables.table10.iter().map(Table10Row::cells).collect();
+        let title = "Table 10: minimal detectable faults";
+        section(title, &TABLE10_HEAD, &rows, "");
+        let rows = tables.isolation.iter().chain(&tables.isolation_others);
+        let rows: Vec<_> = rows.map(IsolationTable::cells).collect();
+        let title = "Naming of faults (95 % intervals)";
+        section(title, &ISOLATION_HEAD, &rows, &tables.table10_definition);
         for (map_set, effects) in tables.effects_in_order() {
             for (what, reading, signature) in effects.readings() {
                 section(

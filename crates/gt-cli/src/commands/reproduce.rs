@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use gt_campaign::{Reproduction, reproduce};
+use gt_campaign::{Depth, Reproduction, reproduce};
 
 use crate::Outcome;
 use crate::cli::{GlobalArgs, ReproduceArgs};
@@ -16,6 +16,7 @@ pub fn run(args: &ReproduceArgs, global: &GlobalArgs) -> Result<Outcome, Failure
     let defaults = ReproduceArgs {
         out: Some(PathBuf::from("out")),
         seed: Some(1),
+        full: Some(false),
     };
     let Some(args) = layered("reproduce", args, &defaults, global)? else {
         return Ok(Outcome::Done);
@@ -30,8 +31,13 @@ pub fn run(args: &ReproduceArgs, global: &GlobalArgs) -> Result<Outcome, Failure
         )));
     }
     let progress = Shown::new(global.progress);
+    let depth = if args.full == Some(true) {
+        Depth::Full
+    } else {
+        Depth::Short
+    };
     let result: Reproduction =
-        reproduce(args.seed.unwrap_or(1), &progress).map_err(Failure::failed)?;
+        reproduce(args.seed.unwrap_or(1), depth, &progress).map_err(Failure::failed)?;
     result.write(&out, &progress).map_err(Failure::failed)?;
     if global.json {
         print_json(&result.tables)?;

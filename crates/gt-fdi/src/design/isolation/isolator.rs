@@ -12,7 +12,8 @@ use crate::design::generator::ResidualGenerator;
 use crate::design::joint_whitening::JointWhitening;
 use crate::design::mean_time::MeanTime;
 use crate::runtime::{
-    Core, CoreParts, DiagnosisOptions, Drive, DriveParts, HypothesisKind, HypothesisParts, LevelParts,
+    Core, CoreParts, DiagnosisOptions, Drive, DriveParts, HypothesisKind, HypothesisParts,
+    LevelParts,
 };
 
 /// The version of the file format of an [`Isolator`].
@@ -66,11 +67,13 @@ pub(super) struct Fields {
 }
 
 /// What healthy running says of a drive.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct DriveNoise {
     pub(super) offset: f64,
     pub(super) floor: f64,
+    /// Estimates and the lags they stand for, in seconds, both ascending.
+    pub(super) curve: Vec<[f64; 2]>,
 }
 
 /// The fields of an [`Isolator`] as they come from a file.
@@ -214,6 +217,13 @@ impl Fields {
                     .flatten()
                     .map(|value| ("driven_variance", *value, *value >= 1.0)),
             )
+            .chain(
+                self.drives
+                    .iter()
+                    .flat_map(|own| &own.curve)
+                    .flatten()
+                    .map(|value| ("curve", *value, *value >= 0.0)),
+            )
             .chain([
                 (
                     "confidence",
@@ -322,6 +332,7 @@ impl Fields {
                 offset: noise.offset,
                 floor: noise.floor,
                 delay,
+                curve: noise.curve.clone(),
             });
         }
         let delay = if drives.is_empty() {
@@ -360,14 +371,15 @@ impl Fields {
         levels
             .map(|(index, rows)| {
                 let covariance = DMatrix::from_fn(size, size, |i, j| rows[i][j]);
-                let metric = covariance
-                    .cholesky()
-                    .map(|root| root.inverse())
-                    .ok_or(FdiError::Option {
-                        option: "wander",
-                        expected: "positive definite matrices",
-                        found: index as f64,
-                    })?;
+                let metric =
+                    covariance
+                        .cholesky()
+                        .map(|root| root.inverse())
+                        .ok_or(FdiError::Option {
+                            option: "wander",
+                            expected: "positive definite matrices",
+                            found: index as f64,
+                        })?;
                 let mut parts = LevelParts {
                     metric: metric.transpose().as_slice().to_vec(),
                     projected: Vec::new(),

@@ -11,6 +11,8 @@ use crate::runtime::{Clock, Core, Diagnosis, Finding, IsolationVerdict, StepErro
 /// Seconds between diagnoses while an alarm has no name, and after it has one.
 const UNNAMED_S: f64 = 0.4;
 const NAMED_S: f64 = 5.0;
+/// Diagnoses in a row that must contradict a name before another is given.
+const CONTRARY: usize = 3;
 
 /// An isolator that takes samples as they come.
 ///
@@ -117,7 +119,8 @@ impl IsolationRun {
 
 impl Isolator {
     /// Runs over a record that has the tags, by name, in any order and among others. While an alarm
-    /// is up there is a diagnosis every 0.4 s until a fault is named, and every 5 s from then on.
+    /// is up there is a diagnosis every 0.4 s until a fault is named, and every 5 s from then on; a
+    /// name that was given is changed when three of those in a row contradict it.
     ///
     /// # Errors
     /// [`FdiError::MissingTags`] and [`FdiError::SampleTime`] when the record does not fit.
@@ -132,6 +135,7 @@ impl Isolator {
             peaks: Vec::new(),
         };
         let (mut up, mut name, mut due_s) = (false, Finding::Undecided, f64::INFINITY);
+        let mut contrary = 0;
         let start_s = data.time_s(0);
         for sample in 0..data.len() {
             let (u, y) = channels.at(sample);
@@ -162,12 +166,16 @@ impl Isolator {
             let last = up && sample + 1 == data.len();
             if time_s >= due_s - 1e-9 || last {
                 let diagnosis = detector.diagnose();
-                if diagnosis.finding != name && diagnosis.finding != Finding::Undecided {
-                    name = diagnosis.finding;
-                    run.events.push(IsolationEvent::Name {
-                        time_s,
-                        finding: name,
-                    });
+                let finding = diagnosis.finding;
+                if finding == name || finding == Finding::Undecided {
+                    contrary = 0;
+                } else {
+                    contrary += 1;
+                    if name == Finding::Undecided || contrary >= CONTRARY {
+                        name = finding;
+                        contrary = 0;
+                        run.events.push(IsolationEvent::Name { time_s, finding });
+                    }
                 }
                 due_s = time_s
                     + if name == Finding::Undecided {

@@ -35,6 +35,24 @@ pub(crate) struct HypothesisParts {
     pub(crate) floor: f64,
     /// Samples by which the residuals come late.
     pub(crate) delay: f64,
+    /// Estimates and the sizes they stand for, both ascending; empty where they are one.
+    pub(crate) curve: Vec<[f64; 2]>,
+}
+
+impl HypothesisParts {
+    /// The size that an estimate stands for, and how fast it grows with the estimate.
+    pub(super) fn size_of(&self, estimate: f64) -> (f64, f64) {
+        let above = self.curve.partition_point(|[own, _]| *own < estimate);
+        // Beyond the ends as between the two points next to them.
+        let last = above.clamp(1, self.curve.len().saturating_sub(1).max(1));
+        match (self.curve.get(last - 1), self.curve.get(last)) {
+            (Some([x0, y0]), Some([x1, y1])) if x1 > x0 => {
+                let slope = (y1 - y0) / (x1 - x0);
+                (y0 + slope * (estimate - x0), slope)
+            }
+            _ => (estimate, 1.0),
+        }
+    }
 }
 
 /// How healthy residuals wander over times of one level of the memory.
@@ -379,10 +397,18 @@ pub(super) struct Score {
     pub(super) growth: f64,
     /// Its variance.
     pub(super) variance: f64,
+    /// The agreement over its standard deviation, with its sign.
+    pub(super) normalised: f64,
+    /// That standard deviation.
+    pub(super) deviation: f64,
 }
 
 /// The level of the memory that an onset lies in.
-pub(super) fn level<'a>(parts: &'a CoreParts, sums: &Suffixes, onset: usize) -> Option<&'a LevelParts> {
+pub(super) fn level<'a>(
+    parts: &'a CoreParts,
+    sums: &Suffixes,
+    onset: usize,
+) -> Option<&'a LevelParts> {
     let levels = &parts.levels;
     levels.get(sums.level(onset)).or(levels.last())
 }
@@ -396,8 +422,7 @@ pub(super) fn score(parts: &CoreParts, sums: &Suffixes, place: usize, profile: &
         let square = level.square(|i| profile.weighted(sums, i));
         return Score {
             squared: square / profile.own_energy(sums),
-            growth: 0.0,
-            variance: 0.0,
+            ..Score::default()
         };
     };
     let scale = level.scale.get(place).copied().unwrap_or(1.0);
@@ -425,9 +450,12 @@ pub(super) fn score(parts: &CoreParts, sums: &Suffixes, place: usize, profile: &
     if real <= 0.0 || (agreement < 0.0 && !hypothesis.both_signs) {
         return Score::default();
     }
+    let deviation = libm::sqrt(variance);
     Score {
         squared: agreement * agreement / variance,
         growth: agreement / real,
         variance: variance / (real * real),
+        normalised: agreement / deviation,
+        deviation,
     }
 }

@@ -20,6 +20,12 @@ const PAIR_ONSETS: usize = 4;
 const PAIR_ENDS: usize = 8;
 /// Correlation beyond which two faults cannot be told apart.
 const MOST_ALIKE: f64 = 0.95;
+/// Power of the likelihoods that onsets are weighed with: how a fault builds up in the residuals is
+/// known less well than that it is there, and healthy wander between neighbouring onsets is not
+/// independent.
+const ONSET_POWER: f64 = 0.4;
+/// Prior probability that it is none of the hypotheses, over that of one of them.
+const NONE_OF_THESE: f64 = 0.05;
 /// Prior probability of two faults at once, all pairs together.
 const TWO_AT_ONCE: f64 = 0.02;
 
@@ -98,7 +104,7 @@ struct Mixture {
     total: f64,
     mean: f64,
     square: f64,
-    /// Weight of each onset.
+    /// Weight of each onset, tempered ([`ONSET_POWER`]).
     onsets: Vec<f64>,
     /// The largest likelihood ratio's logarithm, whatever the prior, with its profile.
     highest: f64,
@@ -135,8 +141,9 @@ impl Mixture {
             self.total *= shrink;
             self.mean *= shrink;
             self.square *= shrink;
+            let tempered = libm::pow(shrink, ONSET_POWER);
             for onset in &mut self.onsets {
-                *onset *= shrink;
+                *onset *= tempered;
             }
             self.largest = logarithm;
         }
@@ -145,7 +152,7 @@ impl Mixture {
         self.mean += weight * magnitude;
         self.square += weight * (magnitude * magnitude + variance);
         if let Some(onset) = self.onsets.get_mut(profile.onset) {
-            *onset += weight;
+            *onset += prior * libm::pow(weight / prior, ONSET_POWER);
         }
     }
 
@@ -167,8 +174,11 @@ impl Core {
                 let found = score(&self.parts, &self.sums, place, &profile);
                 let evidence = self.evidence(place, &profile, found.squared);
                 let growth = profile.growth(&self.sums);
-                let variance = growth * growth * found.variance;
-                mixture.add((evidence, prior), &profile, growth * found.growth, variance);
+                let hypothesis = self.parts.hypotheses.get(place);
+                let (size, slope) =
+                    hypothesis.map_or((0.0, 1.0), |own| own.size_of(growth * found.growth));
+                let variance = growth * growth * slope * slope * found.variance;
+                mixture.add((evidence, prior), &profile, size, variance);
             }
         }
         let singles: Vec<f64> = mixtures.iter().map(Mixture::logarithm).collect();
@@ -263,7 +273,7 @@ impl Core {
         let cost = 0.5 * libm::log(1.0 + PRIOR_SPREAD);
         let size = self.size() as f64;
         if place >= self.parts.hypotheses.len() {
-            return shrink * squared - size * cost;
+            return shrink * squared - size * cost + libm::log(NONE_OF_THESE);
         }
         shrink * squared - cost + self.off_direction(&[(place, *profile)], squared)
     }
@@ -331,7 +341,7 @@ impl Core {
     /// The age below which a share of the onsets lies; an edge stands for the time half way to its
     /// neighbours.
     fn age_at(&self, mixture: &Mixture, share: f64) -> f64 {
-        let wanted = share * mixture.total;
+        let wanted = share * mixture.onsets.iter().sum::<f64>();
         let mut before = 0.0;
         for (edge, weight) in mixture.onsets.iter().enumerate() {
             if before + weight >= wanted && *weight > 0.0 {
@@ -422,9 +432,9 @@ impl Core {
         let cost = 0.5 * libm::log(1.0 + PRIOR_SPREAD);
         // How much of the prior explains as much as the best profile does: as each alone.
         let room = |place: usize| {
-            mixtures.get(place).map_or(0.0, |own| {
-                own.logarithm() - own.highest
-            })
+            mixtures
+                .get(place)
+                .map_or(0.0, |own| own.logarithm() - own.highest)
         };
         let tolerance = self.off_direction_of_pair(one, two, squared);
         shrink * squared - 2.0 * cost + room(one.0) + room(two.0) + tolerance
@@ -451,9 +461,8 @@ impl Core {
             return Joint::default();
         }
         // In units of each one's own standard deviation.
-        let deviations = (libm::sqrt(a.variance), libm::sqrt(b.variance));
-        let (za, zb) = (a.growth / deviations.0, b.growth / deviations.1);
-        let correlation = self.cross(one, two) * deviations.0 * deviations.1;
+        let (za, zb) = (a.normalised, b.normalised);
+        let correlation = self.cross(one, two) / (a.deviation * b.deviation);
         if correlation.abs() > MOST_ALIKE {
             return Joint::default();
         }
@@ -472,10 +481,17 @@ impl Core {
         Joint {
             squared: za * xa + zb * xb,
             magnitudes: [
-                xa * deviations.0 * one.1.growth(&self.sums),
-                xb * deviations.1 * two.1.growth(&self.sums),
+                self.size_of(one, xa * libm::sqrt(a.variance)),
+                self.size_of(two, xb * libm::sqrt(b.variance)),
             ],
         }
+    }
+
+    /// The size now of a fault with this growth a sample.
+    fn size_of(&self, (place, profile): (usize, Profile), growth: f64) -> f64 {
+        let estimate = growth * profile.growth(&self.sums);
+        let hypothesis = self.parts.hypotheses.get(place);
+        hypothesis.map_or(estimate, |own| own.size_of(estimate).0)
     }
 
     /// How alike two faults are to the residuals: `sum f g psi_one' psi_two`.
