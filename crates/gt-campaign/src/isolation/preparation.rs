@@ -35,6 +35,10 @@ const NOISY_SIZES: [f64; 3] = [2.0, 2.0, 2.0];
 /// rate, for noisy fuel.
 const NOMINAL_LAG_S: f64 = 0.4;
 const HALF_WIDTH: usize = 6;
+/// Where bursts are cut, in robust deviations: normal noise has none, but model errors are mostly
+/// bursts, at each movement of the valve.
+const NOISY_LIMITER: f64 = 4.0;
+const QUIET_LIMITER: f64 = 2.5;
 
 /// How an isolator is made from records of a setting.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,7 +102,8 @@ impl Preparation {
         let faults = hypotheses(setting, &generators, &whitening, noisy)?;
         let mut design = IsolationDesign::new(faults)
             .arl0_hours(self.arl0_hours)
-            .half_width(if noisy { HALF_WIDTH } else { 0 });
+            .half_width(if noisy { HALF_WIDTH } else { 0 })
+            .limiter(if noisy { NOISY_LIMITER } else { QUIET_LIMITER });
         for (tag, deviation) in input_deviations {
             design = design.input_deviation(tag, deviation);
         }

@@ -81,13 +81,6 @@ impl Reproduction {
             &tables.detection_cells(),
             &tables.detection_definition,
         );
-        let rows: Vec<_> = tables.table10.iter().map(Table10Row::cells).collect();
-        let title = "Table 10: minimal detectable faults";
-        section(title, &TABLE10_HEAD, &rows, "");
-        let rows = tables.isolation.iter().chain(&tables.isolation_others);
-        let rows: Vec<_> = rows.map(IsolationTable::cells).collect();
-        let title = "Naming of faults (95 % intervals)";
-        section(title, &ISOLATION_HEAD, &rows, &tables.table10_definition);
         for (map_set, effects) in tables.effects_in_order() {
             for (what, reading, signature) in effects.readings() {
                 section(
@@ -99,6 +92,7 @@ impl Reproduction {
             }
         }
         let _ = writeln!(text, "{}\n", paragraphs(&self.effects_notes()));
+        text += &self.limits_text();
         let mut section = |title: &str, head: &[&str], rows: &[Vec<String>], note: &str| {
             let table = table(head, rows);
             let _ = writeln!(text, "{title}\n\n{table}\n{}\n", paragraphs(note));
@@ -122,6 +116,20 @@ impl Reproduction {
             ),
         );
         text
+    }
+
+    /// Table 10 and the naming of faults.
+    fn limits_text(&self) -> String {
+        let tables = &self.tables;
+        let limits: Vec<_> = tables.table10.iter().map(Table10Row::cells).collect();
+        let named = tables.isolation.iter().chain(&tables.isolation_others);
+        let named: Vec<_> = named.map(IsolationTable::cells).collect();
+        format!(
+            "Table 10: minimal detectable faults\n\n{}\nNaming of faults (95 % intervals)\n\n{}\n{}\n\n",
+            table(&TABLE10_HEAD, &limits),
+            table(&ISOLATION_HEAD, &named),
+            paragraphs(&tables.table10_definition)
+        )
     }
 
     /// What stands beneath Table 3: errors, origins, contradictions.

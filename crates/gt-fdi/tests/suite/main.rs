@@ -41,6 +41,10 @@ mod growing_window;
 #[cfg(test)]
 mod innovations;
 #[cfg(test)]
+mod isolation;
+#[cfg(test)]
+mod joint_whitening;
+#[cfg(test)]
 mod kalman;
 #[cfg(test)]
 mod observer;

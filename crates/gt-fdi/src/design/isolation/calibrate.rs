@@ -65,7 +65,9 @@ impl IsolationDesign {
         self
     }
 
-    /// Robust standard deviations beyond which a burst of a whitened residual is cut.
+    /// Robust standard deviations beyond which a burst of a whitened residual is cut: 2.5 for
+    /// residuals that are mostly model errors, 4 and more for normal noise. What an actuator's lag
+    /// does comes in bursts too, so that a low limiter makes large lags look smaller.
     #[must_use]
     pub fn limiter(mut self, deviations: f64) -> Self {
         self.limiter = deviations;
@@ -243,7 +245,12 @@ impl IsolationDesign {
                 };
                 let deviation = self.input_deviations.get(input).copied().unwrap_or(0.0);
                 DriveNoise {
-                    offset: sum / samples.max(1) as f64,
+                    // Only noise that both share agrees however little the input moves.
+                    offset: if deviation > 0.0 {
+                        sum / samples.max(1) as f64
+                    } else {
+                        0.0
+                    },
                     floor: noise_energy(fields, &tags, input, *nominal_s, deviation),
                     curve: lag_curve(fields, &tags, (input, *nominal_s), deviation, healthy),
                 }

@@ -166,7 +166,7 @@ impl FaultEffect {
         let (with_size, with_rate) = (agreement.column(0), agreement.column(1));
         let lasting = (with_size * rr - with_rate * fr) / determinant;
         let late = (with_rate * ff - with_size * fr) / determinant;
-        let steady = whitening.steady_gain() * tags.steady_gain(generators)?;
+        let steady = whitening.steady_gain() * tags.steady_gain(generators);
         let changes = steady
             .lu()
             .solve(&lasting)

@@ -163,10 +163,7 @@ impl Isolator {
 
     /// The directions (m) of the hypotheses in the whitened residuals for one unit of each, where
     /// they have one; what an actuator's lag does depends on its movements.
-    ///
-    /// # Errors
-    /// None after construction.
-    pub fn directions(&self) -> Result<Vec<Option<DVector<f64>>>, FdiError> {
+    pub fn directions(&self) -> Vec<Option<DVector<f64>>> {
         self.fields.directions()
     }
 
@@ -277,9 +274,9 @@ impl Fields {
         own.max().unwrap_or(0)
     }
 
-    fn directions(&self) -> Result<Vec<Option<DVector<f64>>>, FdiError> {
+    fn directions(&self) -> Vec<Option<DVector<f64>>> {
         let tags = Tags::of(&self.generators);
-        let steady = self.whitening.steady_gain() * tags.steady_gain(&self.generators)?;
+        let steady = self.whitening.steady_gain() * tags.steady_gain(&self.generators);
         let own = self
             .hypotheses
             .iter()
@@ -294,14 +291,14 @@ impl Fields {
                 }
                 FaultEffect::ActuatorLag { .. } => None,
             });
-        Ok(own.collect())
+        own.collect()
     }
 
     pub(super) fn core(&self) -> Result<Core, FdiError> {
         let tags = Tags::of(&self.generators);
         let mut drives = Vec::new();
         let mut hypotheses = Vec::new();
-        let directions = self.directions()?;
+        let directions = self.directions();
         let own_directions = directions.clone();
         for ((hypothesis, direction), noise) in
             self.hypotheses.iter().zip(directions).zip(&self.drives)
@@ -386,17 +383,14 @@ impl Fields {
                     scale: Vec::new(),
                 };
                 for (direction, variances) in directions.iter().zip(&self.driven_variance) {
-                    match direction {
-                        Some(direction) => {
-                            let projected = &metric * direction;
-                            parts.scale.push(projected.dot(direction));
-                            parts.projected.push(projected.as_slice().to_vec());
-                        }
-                        None => {
-                            let own = variances.get(index).or(variances.last());
-                            parts.scale.push(own.copied().unwrap_or(1.0));
-                            parts.projected.push(Vec::new());
-                        }
+                    if let Some(direction) = direction {
+                        let projected = &metric * direction;
+                        parts.scale.push(projected.dot(direction));
+                        parts.projected.push(projected.as_slice().to_vec());
+                    } else {
+                        let own = variances.get(index).or(variances.last());
+                        parts.scale.push(own.copied().unwrap_or(1.0));
+                        parts.projected.push(Vec::new());
                     }
                 }
                 Ok(parts)

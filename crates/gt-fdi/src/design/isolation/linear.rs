@@ -79,10 +79,7 @@ impl Tags {
 
     /// `I - C (I - A + K C)^-1 K` of all generators (m x m), by their own recursion: what a lasting
     /// change of the outputs becomes.
-    pub(super) fn steady_gain(
-        &self,
-        generators: &[ResidualGenerator],
-    ) -> Result<DMatrix<f64>, FdiError> {
+    pub(super) fn steady_gain(&self, generators: &[ResidualGenerator]) -> DMatrix<f64> {
         let size = self.outputs.len();
         let settle = generators.iter().map(ResidualGenerator::settle_samples);
         // The square of the level at which a generator counts as settled.
@@ -95,7 +92,7 @@ impl Tags {
             gain.column_mut(output)
                 .copy_from(&change.column(length - 1));
         }
-        Ok(gain)
+        gain
     }
 
     /// Samples by which the whitened residuals follow changes (m) of the outputs that grow evenly.

@@ -105,6 +105,7 @@ pub(crate) struct CoreParts {
 
 /// What isolation says of a sample.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(clippy::struct_excessive_bools)] // four independent answers, read by name
 pub struct IsolationVerdict {
     /// Time of the sample in seconds.
     pub time_s: f64,

@@ -169,7 +169,7 @@ impl Core {
         let edges = self.sums.len();
         let count = self.parts.hypotheses.len();
         let mut mixtures = vec![Mixture::new(edges); count + 1];
-        for (profile, prior) in self.profiles(1, 2) {
+        for (profile, prior) in self.profiles(1, 1) {
             for (place, mixture) in mixtures.iter_mut().enumerate() {
                 let found = score(&self.parts, &self.sums, place, &profile);
                 let evidence = self.evidence(place, &profile, found.squared);
@@ -326,21 +326,25 @@ impl Core {
         let magnitude = mixture.mean / total;
         let variance = (mixture.square / total - magnitude * magnitude).max(0.0);
         let half = QUANTILE * libm::sqrt(variance);
-        let age = |share: f64| (self.age_at(mixture, share) + delay).max(0.0);
+        // No finer than the blocks of the memory there.
+        let age = |share: f64, blocks: f64| {
+            let (age, block) = self.age_at(mixture, share);
+            (age + delay + blocks * block).max(0.0)
+        };
         Hypothesis {
             probability,
             magnitude,
             magnitude_low: magnitude - half,
             magnitude_high: magnitude + half,
-            age: age(0.5),
-            age_low: age(0.025),
-            age_high: age(0.975),
+            age: age(0.5, 0.0),
+            age_low: age(0.025, -1.0),
+            age_high: age(0.975, 1.0),
         }
     }
 
-    /// The age below which a share of the onsets lies; an edge stands for the time half way to its
-    /// neighbours.
-    fn age_at(&self, mixture: &Mixture, share: f64) -> f64 {
+    /// The age below which a share of the onsets lies, and the length of the block there; an edge
+    /// stands for the time half way to its neighbours.
+    fn age_at(&self, mixture: &Mixture, share: f64) -> (f64, f64) {
         let wanted = share * mixture.onsets.iter().sum::<f64>();
         let mut before = 0.0;
         for (edge, weight) in mixture.onsets.iter().enumerate() {
@@ -353,11 +357,13 @@ impl Core {
                     own
                 };
                 let (from, to) = (0.5 * (younger + own), 0.5 * (own + older));
-                return from + (to - from) * (wanted - before) / weight;
+                let age = from + (to - from) * (wanted - before) / weight;
+                return (age, self.spacing(edge, 1));
             }
             before += weight;
         }
-        self.sums.age(self.sums.len().saturating_sub(1))
+        let last = self.sums.len().saturating_sub(1);
+        (self.sums.age(last), self.spacing(last, 1))
     }
 
     /// For every pair of hypotheses the logarithm of its likelihood ratio: each fault at its best

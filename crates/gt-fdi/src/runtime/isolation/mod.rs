@@ -7,6 +7,8 @@ mod joint_whitener;
 mod memory;
 mod profile;
 mod suffix;
+#[cfg(test)]
+mod tests;
 
 pub use self::core::IsolationVerdict;
 pub(crate) use self::core::{Core, CoreParts, HypothesisKind, HypothesisParts, LevelParts};
