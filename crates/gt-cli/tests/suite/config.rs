@@ -223,7 +223,7 @@ fn mistakes_in_a_file_are_named() {
             "[simulate]\n\nsed = 2\n",
             &["line 3", "unknown field `sed`"],
         ),
-        ("[reproduce]\nfull = true\n", &["unknown field `full`"]),
+        ("[reproduce]\nfast = true\n", &["unknown field `fast`"]),
         ("[fly]\n", &["line 1", "unknown field `fly`", "`identify`"]),
         ("order = \"2\"\n", &["line 1", "unknown field `order`"]),
         (
