@@ -7,6 +7,7 @@ use rand_chacha::ChaCha12Rng;
 use serde::Serialize;
 
 use super::preparation::{Prepared, ramp};
+use crate::campaign::Proportion;
 use crate::error::{CampaignError, During as _};
 
 /// First run index.
@@ -219,28 +220,14 @@ impl NamingSummary {
             magnitude_within_15_percent: percent(shares[4]),
             onset_in_interval_percent: percent(shares[5]),
             confusion,
-            intervals_percent: shares
-                .iter()
-                .map(|&(part, whole)| wilson(part, whole))
-                .collect(),
+            intervals_percent: shares.iter().map(interval_percent).collect(),
             false_alarms: count(&|row| row.false_alarm),
         }
     }
 }
 
-/// The 95 % interval of a share (Wilson, *Journal of the American Statistical Association* 22,
-/// 1927), in percent.
-fn wilson(part: usize, whole: usize) -> [f64; 2] {
-    if whole == 0 {
-        return [0.0, 100.0];
-    }
-    let (n, z) = (whole as f64, 1.959_963_984_540_054_f64);
-    let p = part as f64 / n;
-    let middle = p + z * z / (2.0 * n);
-    let half = z * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt();
-    let scale = 1.0 + z * z / n;
-    [
-        100.0 * (middle - half) / scale,
-        100.0 * (middle + half) / scale,
-    ]
+/// The 95 % interval of a share, in percent.
+fn interval_percent(&(part, whole): &(usize, usize)) -> [f64; 2] {
+    let own = Proportion::new(part as u64, whole as u64);
+    [100.0 * own.low, 100.0 * own.high]
 }

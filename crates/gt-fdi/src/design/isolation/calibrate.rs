@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use gt_core::Dataset;
 use nalgebra::{DMatrix, DVector};
 
+use super::drive_noise::{lag_curve, noise_energy};
 use super::effect::{FaultEffect, FaultHypothesis, residuals};
 use super::isolator::{DriveNoise, Fields, Isolator};
 use super::linear::Tags;
@@ -21,12 +22,6 @@ use crate::runtime::Core;
 const RELEASE_SCANS: usize = 256;
 /// Samples between two scans.
 const SAMPLES_A_SCAN: usize = 8;
-/// Lags at which the curve of a drive is computed, in seconds.
-const LAGS_S: [f64; 12] = [
-    0.01, 0.05, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0, 1.5, 2.2, 3.2, 5.0,
-];
-/// Samples of a healthy record that it is computed from.
-const CURVE_SAMPLES: usize = 45_000;
 /// Ratio of a normal variable's standard deviation to its median modulus.
 const DEVIATION_OVER_MEDIAN: f64 = 1.482_602_218_505_602;
 
@@ -238,24 +233,24 @@ impl IsolationDesign {
             }
         })?;
         let noise = fields.hypotheses.iter().zip(sums);
-        Ok(noise
+        noise
             .map(|(hypothesis, (sum, samples))| {
                 let FaultEffect::ActuatorLag { input, nominal_s } = &hypothesis.effect else {
-                    return DriveNoise::default();
+                    return Ok(DriveNoise::default());
                 };
                 let deviation = self.input_deviations.get(input).copied().unwrap_or(0.0);
-                DriveNoise {
+                Ok(DriveNoise {
                     // Only noise that both share agrees however little the input moves.
                     offset: if deviation > 0.0 {
                         sum / samples.max(1) as f64
                     } else {
                         0.0
                     },
-                    floor: noise_energy(fields, &tags, input, *nominal_s, deviation),
-                    curve: lag_curve(fields, &tags, (input, *nominal_s), deviation, healthy),
-                }
+                    floor: noise_energy(fields, &tags, (input, *nominal_s), deviation),
+                    curve: lag_curve(fields, &tags, (input, *nominal_s), deviation, healthy)?,
+                })
             })
-            .collect())
+            .collect()
     }
 
     fn limits(
@@ -438,100 +433,4 @@ fn robust_scale(
         }
     });
     Ok(DVector::from_vec(scale.collect::<Result<_, _>>()?))
-}
-
-/// What is estimated of lags, as if the effect were linear, for the movements of the input in the
-/// first healthy record: the slower actuator leaves out what is fast, so that its effect grows less
-/// than its lag.
-fn lag_curve(
-    fields: &Fields,
-    tags: &Tags,
-    (input, nominal_s): (&str, f64),
-    deviation: f64,
-    healthy: &[Dataset],
-) -> Vec<[f64; 2]> {
-    let Some(data) = healthy.first() else {
-        return Vec::new();
-    };
-    let Ok(mut channels) = Channels::of(data, fields.sample_time_s, &tags.inputs, &tags.outputs)
-    else {
-        return Vec::new();
-    };
-    let mut nominal = fields.drive(tags, input, nominal_s);
-    let mut slower: Vec<_> = LAGS_S
-        .iter()
-        .map(|lag_s| fields.drive(tags, input, *lag_s))
-        .collect();
-    let mut sums = vec![0.0; LAGS_S.len() + 1];
-    let mut add = |u: &[f64], weight: f64| {
-        let own = nominal.step(u).to_vec();
-        let squares = own.iter().map(|value| value * value);
-        sums[0] += weight * squares.sum::<f64>();
-        for (sum, drive) in sums[1..].iter_mut().zip(&mut slower) {
-            let products = drive.step(u).iter().zip(&own).map(|(l, r)| l * r);
-            *sum += weight * products.sum::<f64>();
-        }
-    };
-    let length = data.len().min(CURVE_SAMPLES);
-    for sample in 0..length {
-        add(channels.at(sample).0, 1.0);
-    }
-    // Without what is the noise's own.
-    let place = tags.inputs.iter().position(|tag| tag == input).unwrap_or(0);
-    let mut u = vec![0.0; tags.inputs.len()];
-    let answer = 2 * fields.half_width + 2 * fields.settle_samples() + fields.whitening.order() + 2;
-    let fill = 2 * fields.half_width + 1;
-    drop(channels);
-    let mut quiet = Vec::new();
-    if deviation > 0.0 {
-        let mut pulse = |sample: usize| {
-            u[place] = if sample == fill { deviation } else { 0.0 };
-            u.clone()
-        };
-        quiet = (0..fill + answer).map(&mut pulse).collect();
-    }
-    let (mut nominal, mut slower_again) = (
-        fields.drive(tags, input, nominal_s),
-        LAGS_S
-            .iter()
-            .map(|lag_s| fields.drive(tags, input, *lag_s))
-            .collect::<Vec<_>>(),
-    );
-    for u in &quiet {
-        let own = nominal.step(u).to_vec();
-        sums[0] -= length as f64 * own.iter().map(|value| value * value).sum::<f64>();
-        for (sum, drive) in sums[1..].iter_mut().zip(&mut slower_again) {
-            let products = drive.step(u).iter().zip(&own).map(|(l, r)| l * r);
-            *sum -= length as f64 * products.sum::<f64>();
-        }
-    }
-    let mut curve = vec![[0.0, 0.0]];
-    for (lag_s, sum) in LAGS_S.iter().zip(&sums[1..]) {
-        let estimate = lag_s * sum / sums[0];
-        // Beyond where it no longer grows, lags cannot be told apart.
-        if !estimate.is_finite() || curve.last().is_some_and(|[last, _]| estimate <= *last) {
-            break;
-        }
-        curve.push([estimate, *lag_s]);
-    }
-    curve
-}
-
-/// Energy of a drive a sample when its input is white noise of this deviation.
-fn noise_energy(fields: &Fields, tags: &Tags, input: &str, nominal_s: f64, deviation: f64) -> f64 {
-    if deviation == 0.0 {
-        return 0.0;
-    }
-    let place = tags.inputs.iter().position(|tag| tag == input).unwrap_or(0);
-    let mut drive = fields.drive(tags, input, nominal_s);
-    let mut u = vec![0.0; tags.inputs.len()];
-    // White noise has the energy of the answer to one pulse.
-    let length = 2 * fields.half_width + 2 * fields.settle_samples() + fields.whitening.order() + 2;
-    let mut energy = 0.0;
-    let fill = 2 * fields.half_width + 1;
-    for sample in 0..fill + length {
-        u[place] = if sample == fill { deviation } else { 0.0 };
-        energy += drive.step(&u).iter().map(|own| own * own).sum::<f64>();
-    }
-    energy
 }

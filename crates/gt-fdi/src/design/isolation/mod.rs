@@ -1,6 +1,7 @@
 //! From hypotheses, generators and healthy records to a diagnosis of faults.
 
 mod calibrate;
+mod drive_noise;
 mod effect;
 mod isolator;
 mod linear;

@@ -110,8 +110,7 @@ pub struct IsolationVerdict {
     /// Time of the sample in seconds.
     pub time_s: f64,
     /// The statistic of each hypothesis and, last, of a change in any direction: the logarithm of
-    /// its likelihood ratio at the likeliest onset, over how much healthy residuals exceed white
-    /// ones. Renewed every eighth sample.
+    /// its likelihood ratio at the likeliest onset. Renewed every eighth sample.
     pub statistics: Vec<f64>,
     /// Whether a statistic is above its limit.
     pub exceeds: bool,
@@ -270,7 +269,8 @@ impl Core {
     /// Judges all onsets.
     fn scan(&mut self) {
         self.sums.gather(&self.memory);
-        let best = vec_of_zeros(&mut self.verdict.statistics);
+        let best = &mut self.verdict.statistics;
+        best.fill(0.0);
         for edge in 0..self.sums.len() {
             if self.sums.age(edge) < SHORTEST {
                 continue;
@@ -384,15 +384,10 @@ fn dot(left: &[f64], right: &[f64]) -> f64 {
     left.iter().zip(right).map(|(l, r)| l * r).sum()
 }
 
-fn vec_of_zeros(values: &mut [f64]) -> &mut [f64] {
-    values.fill(0.0);
-    values
-}
-
 /// A hypothesis under a profile of growth.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Score {
-    /// Square of the normalised agreement, over the dispersion; 0 where the sign is wrong.
+    /// Square of the normalised agreement; 0 where the sign is wrong.
     pub(super) squared: f64,
     /// Growth of the fault a sample; 0 for a change in any direction.
     pub(super) growth: f64,

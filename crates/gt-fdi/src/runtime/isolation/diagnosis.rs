@@ -275,21 +275,17 @@ impl Core {
         if place >= self.parts.hypotheses.len() {
             return shrink * squared - size * cost + libm::log(NONE_OF_THESE);
         }
-        shrink * squared - cost + self.off_direction(&[(place, *profile)], squared)
+        shrink * squared - cost + self.off_direction(1.0, squared, self.left(place, profile))
     }
 
-    /// What a direction that is a little off explains of what the hypotheses leave.
-    fn off_direction(&self, faults: &[(usize, Profile)], squared: f64) -> f64 {
-        let others = self.size() as f64 - faults.len() as f64;
-        let tolerance = self.parts.options.direction_tolerance;
-        let Some(&(place, profile)) = faults.first() else {
-            return 0.0;
-        };
+    /// What directions that are a little off explain of what so many hypotheses leave.
+    fn off_direction(&self, hypotheses: f64, squared: f64, left: f64) -> f64 {
+        let others = self.size() as f64 - hypotheses;
         if others < 1.0 {
             return 0.0;
         }
+        let tolerance = self.parts.options.direction_tolerance;
         let spread = tolerance * tolerance * squared / others;
-        let left = self.left(place, &profile);
         0.5 * left * spread / (1.0 + spread) - 0.5 * others * libm::log(1.0 + spread)
     }
 
@@ -411,7 +407,7 @@ impl Core {
                 };
                 let joint = self.joint(sorted.0, sorted.1);
                 pairs.push((
-                    self.pair_evidence(sorted.0, sorted.1, joint.squared, mixtures),
+                    self.pair_evidence(first, second, joint.squared, mixtures),
                     Pair {
                         faults: [first, second],
                         probability: 0.0,
@@ -427,13 +423,7 @@ impl Core {
         pairs
     }
 
-    fn pair_evidence(
-        &self,
-        one: (usize, Profile),
-        two: (usize, Profile),
-        squared: f64,
-        mixtures: &[Mixture],
-    ) -> f64 {
+    fn pair_evidence(&self, one: usize, two: usize, squared: f64, mixtures: &[Mixture]) -> f64 {
         let shrink = 0.5 * PRIOR_SPREAD / (1.0 + PRIOR_SPREAD);
         let cost = 0.5 * libm::log(1.0 + PRIOR_SPREAD);
         // How much of the prior explains as much as the best profile does: as each alone.
@@ -442,19 +432,9 @@ impl Core {
                 .get(place)
                 .map_or(0.0, |own| own.logarithm() - own.highest)
         };
-        let tolerance = self.off_direction_of_pair(one, two, squared);
-        shrink * squared - 2.0 * cost + room(one.0) + room(two.0) + tolerance
-    }
-
-    /// As a single fault's, without what is left: the same cost, so that pairs are not favoured.
-    fn off_direction_of_pair(&self, _: (usize, Profile), _: (usize, Profile), squared: f64) -> f64 {
-        let others = self.size() as f64 - 2.0;
-        if others < 1.0 {
-            return 0.0;
-        }
-        let tolerance = self.parts.options.direction_tolerance;
-        let spread = tolerance * tolerance * squared / others;
-        -0.5 * others * libm::log(1.0 + spread)
+        // Nothing for what is left, but the same cost, so that pairs are not favoured.
+        let tolerance = self.off_direction(2.0, squared, 0.0);
+        shrink * squared - 2.0 * cost + room(one) + room(two) + tolerance
     }
 
     /// Two faults at once, fitted together.
