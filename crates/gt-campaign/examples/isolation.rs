@@ -71,10 +71,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             case,
             delay_s: DELAY_S,
             guess,
+            largest: if case == FaultCase::ALL[3] { 2.9 } else { 25.0 },
             runs,
             detection_probability: 0.95,
         };
-        let limit = search.find(&prepared)?;
+        let limit = search.find(&prepared.setting, &prepared.isolator)?;
         let [low, high] = limit.interval;
         let (size, unit) = (limit.size, case.unit());
         println!("{case:?} in {DELAY_S} s: {size:.4} {unit} ({low:.4} .. {high:.4})");

@@ -11,6 +11,7 @@ pub mod campaign;
 mod error;
 pub mod isolation;
 pub mod paper;
+mod paper_models;
 mod progress;
 pub mod report;
 mod reproduce;

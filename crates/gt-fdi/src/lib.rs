@@ -48,8 +48,8 @@ pub use design::{
 pub use design::{Blend, ScheduleError, ScheduledGenerators, ScheduledPoint, ScheduledRun};
 #[cfg(feature = "design")]
 pub use design::{
-    EffectPair, FaultEffect, FaultHypothesis, IsolationDesign, IsolationDetector, IsolationEvent,
-    IsolationRun, Isolator,
+    EffectPair, FaultEffect, FaultHypothesis, IsolatingResiduals, IsolationAlarm, IsolationDesign,
+    IsolationDetector, IsolationEvent, IsolationMonitor, IsolationRun, Isolator,
 };
 #[cfg(feature = "design")]
 pub use design::{

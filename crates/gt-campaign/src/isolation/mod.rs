@@ -3,10 +3,12 @@
 
 mod limit;
 mod naming;
+mod paper_scheme;
 mod preparation;
 mod setting;
 
-pub use limit::{DetectionLimit, LimitSearch};
+pub use limit::{DetectionLimit, LimitSearch, Watcher};
 pub use naming::{NamingRow, NamingStudy, NamingSummary};
+pub use paper_scheme::PaperScheme;
 pub use preparation::{Preparation, Prepared};
 pub use setting::{Ambient, Setting};

@@ -54,6 +54,8 @@ pub struct NamingRow {
     pub ever_wrong: bool,
     /// The size found at the end of the run, for the true case.
     pub magnitude: Option<f64>,
+    /// Its 95 % interval.
+    pub magnitude_interval: Option<[f64; 2]>,
     /// 95 % interval of the onset found at the end, for the true case, in seconds.
     pub onset_interval_s: Option<[f64; 2]>,
 }
@@ -75,6 +77,8 @@ pub struct NamingSummary {
     pub magnitude_within_15_percent: f64,
     /// Share of the detected runs whose onset lies in its 95 % interval, percent.
     pub onset_in_interval_percent: f64,
+    /// Share of the detected runs whose size lies in its 95 % interval at the end, percent.
+    pub magnitude_in_interval_percent: f64,
     /// Rows: true cases; columns: named as each case, as another or several, undecided, undetected.
     pub confusion: Vec<Vec<usize>>,
     /// 95 % intervals (Wilson) of the shares above, in their order, percent.
@@ -134,6 +138,7 @@ fn judge(run: &gtfdi::fdi::IsolationRun, case: usize, size: f64, onset_s: f64) -
         named: None,
         ever_wrong: false,
         magnitude: None,
+        magnitude_interval: None,
         onset_interval_s: None,
     };
     let mut up = false;
@@ -162,10 +167,11 @@ fn judge(run: &gtfdi::fdi::IsolationRun, case: usize, size: f64, onset_s: f64) -
             IsolationEvent::Name { .. } => {}
         }
     }
-    if let (Some(_), Some((time_s, diagnosis))) = (row.alarm_s, &run.last) {
-        let own = diagnosis.hypotheses[case];
+    if let (Some(_), Some(last)) = (row.alarm_s, run.alarms.last()) {
+        let own = last.diagnosis.hypotheses[case];
         row.magnitude = Some(own.magnitude);
-        let at = |age: f64| time_s - age * SAMPLE_TIME_S;
+        row.magnitude_interval = Some([own.magnitude_low, own.magnitude_high]);
+        let at = |age: f64| last.diagnosed_s - age * SAMPLE_TIME_S;
         row.onset_interval_s = Some([at(own.age_high), at(own.age_low)]);
     }
     row
@@ -199,6 +205,13 @@ impl NamingSummary {
                 }),
                 found,
             ),
+            (
+                count(&|row| {
+                    let inside = |[low, high]: [f64; 2]| low <= row.size && row.size <= high;
+                    row.magnitude_interval.is_some_and(inside)
+                }),
+                found,
+            ),
         ];
         let percent = |(part, whole): (usize, usize)| 100.0 * part as f64 / whole.max(1) as f64;
         let mut confusion = vec![vec![0; 7]; 4];
@@ -219,6 +232,7 @@ impl NamingSummary {
             undecided_percent: percent(shares[3]),
             magnitude_within_15_percent: percent(shares[4]),
             onset_in_interval_percent: percent(shares[5]),
+            magnitude_in_interval_percent: percent(shares[6]),
             confusion,
             intervals_percent: shares.iter().map(interval_percent).collect(),
             false_alarms: count(&|row| row.false_alarm),

@@ -2,14 +2,16 @@
 
 use gtfdi::core::Dataset;
 use gtfdi::fdi::{
-    EffectPair, FaultEffect, FaultHypothesis, IsolationDesign, Isolator, JointWhitening,
-    NoiseCovariance, ResidualGenerator,
+    EffectPair, FaultEffect, FaultHypothesis, FdiError, IsolationDesign, IsolationDetector,
+    Isolator, JointWhitening, NoiseCovariance, ResidualGenerator,
 };
 use gtfdi::ident::eiv::EivIdentification;
 use gtfdi::ident::{Arx, OrderChoice, OrderKind};
 use gtfdi::plant::{Fault, FaultCase, NoiseLevel, SAMPLE_TIME_S};
 use nalgebra::Complex;
 
+use super::limit::Watcher;
+use super::paper_scheme::PaperScheme;
 use super::setting::Setting;
 use crate::error::{CampaignError, During as _};
 use crate::paper;
@@ -29,12 +31,13 @@ const TEACHING_ONSET_S: f64 = 60.0;
 const TEACHING_RISE_S: f64 = 60.0;
 const TEACHING_S: f64 = 300.0;
 /// Sizes of those faults in the cases' units, without noise and with it.
-const QUIET_SIZES: [f64; 3] = [0.5, 0.5, 0.5];
-const NOISY_SIZES: [f64; 3] = [2.0, 2.0, 2.0];
-/// Lag round which the effect of a lagging actuator is linear, and samples on either side of its
-/// rate, for noisy fuel.
+const QUIET_SIZES: [f64; 4] = [0.5, 0.5, 0.5, 0.02];
+const NOISY_SIZES: [f64; 4] = [2.0, 2.0, 2.0, 0.6];
+/// Lag round which the effect of a lagging actuator is linear where there is noise, and samples on
+/// either side of its rate.
 const NOMINAL_LAG_S: f64 = 0.4;
-const HALF_WIDTH: usize = 6;
+const NOISY_HALF_WIDTH: usize = 6;
+const QUIET_HALF_WIDTH: usize = 1;
 /// Where bursts are cut, in robust deviations: normal noise has none, but model errors are mostly
 /// bursts, at each movement of the valve.
 const NOISY_LIMITER: f64 = 4.0;
@@ -56,8 +59,28 @@ pub struct Prepared {
     pub setting: Setting,
     /// The isolator of the four cases, in their order.
     pub isolator: Isolator,
+    /// The paper's own scheme, from the same records.
+    pub scheme: PaperScheme,
     /// What the identification remarked.
     pub remarks: Vec<String>,
+}
+
+impl Watcher for Isolator {
+    fn ratios(&self, record: &Dataset) -> Result<Vec<f64>, CampaignError> {
+        let ratios = || -> Result<Vec<f64>, FdiError> {
+            let mut detector = IsolationDetector::new(self)?;
+            (0..record.len())
+                .map(|sample| {
+                    // The records have the isolator's channels in its order.
+                    let (u, y) = (record.u().column(sample), record.y().column(sample));
+                    let time_s = record.time_s(sample);
+                    let verdict = detector.step(time_s, u.as_slice(), y.as_slice())?;
+                    Ok(verdict.worst_ratio(self.limits()))
+                })
+                .collect()
+        };
+        ratios().during("isolator")
+    }
 }
 
 impl Preparation {
@@ -66,8 +89,8 @@ impl Preparation {
         format!(
             "Models from one record of {IDENTIFICATION_S} s of the same sensors (without noise: ARX \
              of order {}, residuals output minus free run; with noise: errors in variables of order \
-             {NOISY_ORDER}, one Kalman filter for all outputs). Effects of cases 1 to 3 from pairs \
-             of noise-free runs of {TEACHING_S} s of the same plant, case 4 by its lag alone. \
+             {NOISY_ORDER}, one Kalman filter for all outputs). Effects of the faults from pairs of \
+             noise-free runs of {TEACHING_S} s of the same plant. \
              Limits from {} healthy hours, one false alarm in {} h of all five statistics together.",
             paper::ORDER,
             self.healthy_hours,
@@ -102,7 +125,11 @@ impl Preparation {
         let faults = hypotheses(setting, &generators, &whitening, noisy)?;
         let mut design = IsolationDesign::new(faults)
             .arl0_hours(self.arl0_hours)
-            .half_width(if noisy { HALF_WIDTH } else { 0 })
+            .half_width(if noisy {
+                NOISY_HALF_WIDTH
+            } else {
+                QUIET_HALF_WIDTH
+            })
             .limiter(if noisy { NOISY_LIMITER } else { QUIET_LIMITER });
         for (tag, deviation) in input_deviations {
             design = design.input_deviation(tag, deviation);
@@ -111,6 +138,7 @@ impl Preparation {
             .calibrate(format!("{}", setting.map_set), generators, &healthy)
             .during("isolator")?;
         Ok(Prepared {
+            scheme: PaperScheme::new(setting, &training, &healthy)?,
             setting: setting.clone(),
             isolator,
             remarks,
@@ -194,34 +222,25 @@ fn hypotheses(
         let course: Vec<f64> = (0..pair[1].len())
             .map(|sample| fault.magnitude(sample as f64 * SAMPLE_TIME_S))
             .collect();
-        let effect = FaultEffect::learn(
-            generators,
-            whitening,
-            &[EffectPair {
-                faulty: &pair[1],
-                healthy: &pair[0],
-                sizes: &course,
-            }],
-        )
-        .during(case.name())?;
+        let pairs = [EffectPair {
+            faulty: &pair[1],
+            healthy: &pair[0],
+            sizes: &course,
+        }];
+        let effect = if case == FaultCase::FuelActuatorLag {
+            let actuator = (paper::INPUTS[1], if noisy { NOMINAL_LAG_S } else { 0.0 });
+            FaultEffect::learn_lag(generators, whitening, actuator, &pairs)
+        } else {
+            FaultEffect::learn(generators, whitening, &pairs)
+        };
         hypotheses.push(FaultHypothesis {
             name: case.name().to_owned(),
             unit: case.unit().to_owned(),
-            // A compressor fouls and a turbine wears; a sensor drifts either way.
+            // A compressor fouls, a turbine wears and an actuator slows; a sensor drifts either way.
             both_signs: case == FaultCase::ThermocoupleDrift,
-            effect,
+            effect: effect.during(case.name())?,
         });
     }
-    let lag = FaultCase::ALL[3];
-    hypotheses.push(FaultHypothesis {
-        name: lag.name().to_owned(),
-        unit: lag.unit().to_owned(),
-        both_signs: false,
-        effect: FaultEffect::ActuatorLag {
-            input: paper::INPUTS[1].to_owned(),
-            nominal_s: if noisy { NOMINAL_LAG_S } else { 0.0 },
-        },
-    });
     Ok(hypotheses)
 }
 

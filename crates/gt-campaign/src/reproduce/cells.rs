@@ -59,7 +59,7 @@ pub(super) const MANOEUVRE_HEAD: [&str; 6] = [
     "settles after [s]",
 ];
 /// Head of Table 10.
-pub(super) const TABLE10_HEAD: [&str; 9] = [
+pub(super) const TABLE10_HEAD: [&str; 11] = [
     "fault",
     "maps",
     "within [s]",
@@ -69,9 +69,11 @@ pub(super) const TABLE10_HEAD: [&str; 9] = [
     "Tables 4, 5 %",
     "effect %",
     "95 % interval, Table 8",
+    "paper's scheme %, no noise / Table 8 / 4, 5",
+    "mean delay / bound [s], Table 8",
 ];
 /// Head of the naming of faults.
-pub(super) const ISOLATION_HEAD: [&str; 9] = [
+pub(super) const ISOLATION_HEAD: [&str; 10] = [
     "maps",
     "noise",
     "runs",
@@ -81,6 +83,7 @@ pub(super) const ISOLATION_HEAD: [&str; 9] = [
     "undecided %",
     "size within 15 %",
     "onset in interval %",
+    "size in interval %",
 ];
 /// Head of Table 6.
 pub(super) const TABLE6_HEAD: [&str; 5] = [
@@ -262,8 +265,20 @@ impl Tables {
     }
 }
 
+pub(super) fn signature_head(table: &Table9) -> Vec<String> {
+    let isolated = table.rows.iter().map(|row| format!("isolated: {row}"));
+    let own = std::iter::once("fault".to_owned()).chain(table.columns.iter().cloned());
+    own.chain(isolated).collect()
+}
+
+/// The entries of the signature of each fault, then those of the isolating residuals.
+pub(super) fn signature_shares(table: &Table9) -> impl Iterator<Item = Vec<f64>> {
+    let rows = table.matrix.iter().zip(&table.matrix_isolated);
+    rows.map(|(own, isolated)| own.iter().chain(isolated).copied().collect())
+}
+
 pub(super) fn signature_cells(table: &Table9) -> Vec<Vec<String>> {
-    let rows = table.rows.iter().zip(&table.matrix);
+    let rows = table.rows.iter().zip(signature_shares(table));
     rows.map(|(name, row)| {
         let entries = row.iter().map(|entry| format!("{entry:.2}"));
         std::iter::once(name.clone()).chain(entries).collect()
@@ -414,6 +429,12 @@ impl Table10Row {
             shown(self.noisy_accuracy_percent),
             shown(self.effect_percent),
             interval,
+            self.paper_scheme_percent.map(shown).join(" / "),
+            format!(
+                "{} / {}",
+                shown(self.mean_delay_s[1]),
+                shown(self.delay_bound_s[1])
+            ),
         ]
     }
 }
@@ -428,6 +449,7 @@ impl IsolationTable {
             own.undecided_percent,
             own.magnitude_within_15_percent,
             own.onset_in_interval_percent,
+            own.magnitude_in_interval_percent,
         ];
         let shares = shares.iter().zip(&own.intervals_percent);
         let mut cells = vec![

@@ -5,7 +5,8 @@ use gt_log::build_info;
 use super::Reproduction;
 use super::cells::{
     CONTRADICTIONS_HEAD, DETECTION_HEAD, ISOLATION_HEAD, OBSERVER_HEAD, SEEDS_HEAD, TABLE3_HEAD,
-    TABLE3_NOTE, TABLE6_HEAD, TABLE9_NOTE, TABLE10_HEAD, signature_cells,
+    TABLE3_NOTE, TABLE6_HEAD, TABLE9_NOTE, TABLE10_HEAD, signature_cells, signature_head,
+    signature_shares,
 };
 use super::tables::Table10Row;
 use crate::report::page::{Cell, Page};
@@ -130,17 +131,17 @@ impl Reproduction {
                     "not every residual peaks at its own fault"
                 };
                 page.heading(&format!("{what}, {} maps: {verdict}", table.map_set));
-                let mut head = vec!["fault"];
-                head.extend(table.columns.iter().map(String::as_str));
+                let head = signature_head(table);
+                let head: Vec<&str> = head.iter().map(String::as_str).collect();
                 let rows: Vec<Vec<Cell>> = signature_cells(table)
                     .into_iter()
-                    .zip(&table.matrix)
+                    .zip(signature_shares(table))
                     .map(|(cells, shares)| {
                         let mut cells = cells.into_iter();
                         let name = cells.next().map(Cell::plain);
                         let entries = cells
                             .zip(shares)
-                            .map(|(text, share)| Cell::shaded(text, *share));
+                            .map(|(text, share)| Cell::shaded(text, share));
                         name.into_iter().chain(entries).collect()
                     })
                     .collect();

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use gtfdi::fdi::FaultEffect;
+use gtfdi::fdi::{FaultEffect, Waveform, mean_delay_bound};
 use gtfdi::plant::{FaultCase, MapSet, NoiseLevel};
 use serde::Serialize;
 
-use crate::error::CampaignError;
+use crate::error::{CampaignError, During as _};
 use crate::isolation::{
-    Ambient, DetectionLimit, LimitSearch, NamingStudy, NamingSummary, Preparation, Prepared,
-    Setting,
+    Ambient, DetectionLimit, LimitSearch, NamingStudy, NamingSummary, PaperScheme, Preparation,
+    Prepared, Setting,
 };
 use crate::paper;
 use crate::progress::Progress;
@@ -109,6 +109,16 @@ pub struct Table10Row {
     pub runs: u64,
     /// 95 % intervals of the three percentages; null where an end is beyond the range searched.
     pub interval: [Option<[Option<f64>; 2]>; 3],
+    /// The same three percentages for the paper's own scheme on the same records; null where it
+    /// does not find the largest size searched.
+    pub paper_scheme_percent: [Option<f64>; 3],
+    /// The mean delay in seconds of the alarms of ramps that reach the three sizes within `delay_s`
+    /// and go on; null where a run has no alarm in three times that.
+    pub mean_delay_s: [Option<f64>; 3],
+    /// The delay in seconds below which no detector of this fault's direction in white residuals
+    /// comes (Neyman and Pearson) with a mean time of `arl0_h` between false alarms; null for a lag,
+    /// whose effect depends on the movements.
+    pub delay_bound_s: [Option<f64>; 3],
 }
 
 /// A naming study with its setting.
@@ -144,14 +154,19 @@ fn delays(case: usize) -> Vec<f64> {
     }
 }
 
-/// A size near the limit.
-fn guess(level: NoiseLevel, case: usize) -> f64 {
-    match level {
-        NoiseLevel::None => [0.035, 0.02, 0.04, 0.03][case],
-        NoiseLevel::Tables4And5 => [3.0, 0.7, 1.5, 3.0][case],
-        _ => [0.08, 0.05, 0.25, 0.4][case],
-    }
+/// Sizes near the limit, of our isolator and of the paper's scheme.
+fn guesses(level: NoiseLevel, case: usize) -> [f64; 2] {
+    let (own, scheme) = match level {
+        NoiseLevel::None => ([0.035, 0.02, 0.04, 0.03], [0.25, 0.7, 3.0, 0.5]),
+        NoiseLevel::Tables4And5 => ([3.0, 0.7, 1.5, 3.0], [15.0, 10.0, 15.0, 3.0]),
+        _ => ([0.08, 0.05, 0.25, 0.4], [1.0, 9.0, 15.0, 3.0]),
+    };
+    [own[case], scheme[case]]
 }
+
+/// The largest sizes searched: percent, and seconds of lag just below where the speed loop becomes
+/// unstable.
+const LARGEST: [f64; 4] = [25.0, 25.0, 25.0, 2.9];
 
 /// Computes both.
 ///
@@ -172,29 +187,46 @@ pub fn compute(seed: u64, depth: Depth, progress: &dyn Progress) -> Result<Limit
         let prepared = preparation.prepare(&setting)?;
         let mut of_naming = [0.0; 4];
         for (place, case) in FaultCase::ALL.into_iter().enumerate() {
-            let mut times = delays(place);
-            if naming_runs > 0 && !times.contains(&NAMING_S) {
-                times.push(NAMING_S);
-            }
-            for delay_s in times {
-                let search = LimitSearch {
-                    case,
-                    delay_s,
-                    guess: guess(level, place),
-                    runs: plan.runs,
-                    detection_probability: DETECTION_PROBABILITY,
+            let [guess, scheme_guess] = guesses(level, place);
+            let search = |delay_s: f64, guess: f64| LimitSearch {
+                case,
+                delay_s,
+                guess,
+                largest: LARGEST[place],
+                runs: plan.runs,
+                detection_probability: DETECTION_PROBABILITY,
+            };
+            for delay_s in delays(place) {
+                let own = search(delay_s, guess);
+                let limit = own.find(&setting, &prepared.isolator)?;
+                let scheme = search(delay_s, scheme_guess).find(&setting, &prepared.scheme)?;
+                let mean_delay_s = if limit.size.is_finite() && 3.0 * limit.size <= LARGEST[place] {
+                    own.mean_delay_s(limit.size, &setting, &prepared.isolator)?
+                } else {
+                    None
                 };
-                let limit = search.find(&prepared)?;
-                #[allow(clippy::float_cmp)] // the very number
-                if delay_s == NAMING_S {
-                    of_naming[place] = limit.size;
+                let delay_bound_s = delay_bound_s(&prepared, place, limit.size / delay_s)?;
+                of_naming[place] = if same(delay_s, NAMING_S) {
+                    limit.size
+                } else {
+                    of_naming[place]
+                };
+                let group = group(map_set, ambient);
+                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // seconds
+                let cell = found.entry((group, place, delay_s as u64)).or_default();
+                if level == NoiseLevel::Table8 {
+                    cell.effect = effect(&prepared, place);
                 }
-                if delays(place).contains(&delay_s) {
-                    let group = group(map_set, ambient);
-                    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // seconds
-                    let cell = found.entry((group, place, delay_s as u64)).or_default();
-                    cell.take(level, &limit, &prepared, place);
-                }
+                cell.levels[column(level)] = Some(Level {
+                    limit,
+                    scheme: scheme.size,
+                    mean_delay_s,
+                    delay_bound_s,
+                });
+            }
+            if naming_runs > 0 && !delays(place).contains(&NAMING_S) {
+                let limit = search(NAMING_S, guess).find(&setting, &prepared.isolator)?;
+                of_naming[place] = limit.size;
             }
         }
         if naming_runs > 0 && of_naming.iter().all(|size| size.is_finite()) {
@@ -234,50 +266,52 @@ fn group(map_set: MapSet, ambient: Ambient) -> usize {
     usize::from(map_set != MAPS[0]) + 2 * usize::from(ambient == Ambient::Measured)
 }
 
-/// The limits of one case and delay at the levels of noise.
+/// The column of a level of noise.
+fn column(level: NoiseLevel) -> usize {
+    match level {
+        NoiseLevel::None => 0,
+        NoiseLevel::Tables4And5 => 2,
+        _ => 1,
+    }
+}
+
+#[allow(clippy::float_cmp)] // the very number
+fn same(left: f64, right: f64) -> bool {
+    left == right
+}
+
+/// What was found at one level of noise.
+struct Level {
+    limit: DetectionLimit,
+    scheme: f64,
+    mean_delay_s: Option<f64>,
+    delay_bound_s: Option<f64>,
+}
+
+/// One case and delay at the levels of noise.
 #[derive(Default)]
 struct Cell {
-    sizes: [Option<f64>; 3],
-    intervals: [Option<[f64; 2]>; 3],
+    levels: [Option<Level>; 3],
     /// Change of the output for one unit, over its value, percent.
     effect: Option<f64>,
 }
 
 impl Cell {
-    fn take(
-        &mut self,
-        level: NoiseLevel,
-        limit: &DetectionLimit,
-        prepared: &Prepared,
-        place: usize,
-    ) {
-        let column = match level {
-            NoiseLevel::None => 0,
-            NoiseLevel::Tables4And5 => 2,
-            _ => 1,
-        };
-        self.sizes[column] = limit.size.is_finite().then_some(limit.size);
-        self.intervals[column] = Some(limit.interval);
-        if column == 1 {
-            self.effect = effect(prepared, place);
-        }
-    }
-
     fn row(self, group: usize, place: usize, delay_s: f64, runs: u64) -> Table10Row {
         let case = FaultCase::ALL[place];
         let paper = &paper::TABLE10[place];
-        let percent = |size: f64| {
-            if place == 3 {
+        let finite = |size: f64| {
+            let percent = if place == 3 {
                 100.0 * size / ROTOR_S
             } else {
                 size
-            }
+            };
+            size.is_finite().then_some(percent)
         };
+        let levels = self.levels.each_ref().map(Option::as_ref);
+        let sizes = levels.map(|own| Some(own?.limit.size).filter(|size| size.is_finite()));
         let [noise_free_percent, noisy_percent, noisy_accuracy_percent] =
-            self.sizes.map(|size| size.map(percent));
-        let finite = |value: f64| value.is_finite().then(|| percent(value));
-        #[allow(clippy::float_cmp)] // the very number
-        let own_delay = delay_s == paper.delay_s;
+            sizes.map(|size| finite(size?));
         Table10Row {
             case: place + 1,
             name: case.name().to_owned(),
@@ -288,21 +322,44 @@ impl Cell {
             noise_free_percent,
             noisy_percent,
             noisy_accuracy_percent,
-            sizes: self.sizes,
+            sizes,
             unit: case.unit().to_owned(),
             effect_percent: self
                 .effect
-                .zip(self.sizes[1])
+                .zip(sizes[1])
                 .map(|(effect, size)| effect * size),
-            paper_percent: own_delay.then_some([paper.noise_free_percent, paper.noisy_percent]),
+            paper_percent: same(delay_s, paper.delay_s)
+                .then_some([paper.noise_free_percent, paper.noisy_percent]),
             arl0_h: ARL0_HOURS,
             detection_probability: DETECTION_PROBABILITY,
             runs,
-            interval: self
-                .intervals
-                .map(|interval| interval.map(|ends| ends.map(finite))),
+            interval: levels.map(|own| Some(own?.limit.interval.map(finite))),
+            paper_scheme_percent: levels.map(|own| finite(own?.scheme)),
+            mean_delay_s: levels.map(|own| own?.mean_delay_s),
+            delay_bound_s: levels.map(|own| own?.delay_bound_s),
         }
     }
+}
+
+/// The bound on the mean delay, in seconds, for a fault that grows by so many units a second, in
+/// white residuals of the isolator's robust deviations.
+fn delay_bound_s(
+    prepared: &Prepared,
+    place: usize,
+    growth_per_s: f64,
+) -> Result<Option<f64>, CampaignError> {
+    let directions = prepared.isolator.directions();
+    let Some(direction) = directions[place]
+        .as_ref()
+        .filter(|_| growth_per_s.is_finite())
+    else {
+        return Ok(None);
+    };
+    let sample_time_s = prepared.isolator.sample_time_s();
+    let slope = direction.norm() * growth_per_s * sample_time_s;
+    let samples = ARL0_HOURS * 3600.0 / sample_time_s;
+    let bound = mean_delay_bound(Waveform::Ramp, slope, samples).during("bound on the delay")?;
+    Ok(Some(bound * sample_time_s))
 }
 
 /// Percent by which the output that the paper watches changes for one unit of a fault, at held
@@ -322,11 +379,14 @@ fn effect(prepared: &Prepared, place: usize) -> Option<f64> {
 }
 
 fn definition(preparation: &Preparation, runs: u64) -> String {
+    let scheme = PaperScheme::DEFINITION;
     format!(
         "Minimal detectable fault: the smallest size, reached evenly in the delay, that alarms \
          within the delay in {DETECTION_PROBABILITY} of {runs} seeded runs (the quantile over the \
-         runs of the smallest size found in each, by halving, to 5 %), on the +-1.5 deg profile; \
-         intervals by order statistics. {} Sensors keep one noise in all runs, scaled by one \
+         runs of the smallest size found in each, closed in to 5 %), on the +-1.5 deg profile; \
+         intervals by order statistics. {} {scheme} Mean delays are of ramps of the slope of the \
+         limit that go on; the bound beside them is Neyman and Pearson's for white residuals of \
+         the same direction. Sensors keep one noise in all runs, scaled by one \
          noise-free hour. Case 4 in percent is its lag over {ROTOR_S} s. Naming: case, onset, sign \
          (of the thermocouple) and size, 1 to 4 times the limit at {NAMING_S} s, drawn at random; \
          a name counts as given where its probability reaches 0.99, in time within 5 s of the \

@@ -2,13 +2,14 @@
 
 use gtfdi::core::Dataset;
 use gtfdi::fdi::ResidualGenerator;
-use gtfdi::ident::{Arx, ArxModel, OrderKind, Validation, ValidationOptions, validate_records};
+use gtfdi::ident::{ArxModel, Validation, ValidationOptions, validate_records};
 use rayon::prelude::*;
 
 use super::records::Records;
 use super::tables::Table6Row;
 use crate::error::{CampaignError, During as _};
 use crate::paper::{self, Monitored};
+use crate::paper_models;
 
 /// How the table is computed, for whoever reads the numbers.
 pub const DEFINITION: &str = "\
@@ -34,11 +35,7 @@ impl Identified {
     /// The model of an output from the first of three records, with its errors on all of them.
     pub fn new(monitored: Monitored, data: &[Dataset]) -> Result<Self, CampaignError> {
         let what = format!("ARX model of {}", monitored.tag);
-        let nk = DELAYS.to_vec();
-        let structure = OrderKind::Diagonal { nk }
-            .structure(paper::ORDER, 1)
-            .during(&what)?;
-        let model = Arx::new(structure).fit(&data[0]).during(&what)?;
+        let model = paper_models::model(monitored.tag, &data[0])?;
         let options = ValidationOptions {
             residual_tests: false,
             ..ValidationOptions::default()
@@ -60,16 +57,9 @@ impl Identified {
 
     /// The output observer with all poles at the paper's place for this output.
     pub fn observer(&self) -> Result<ResidualGenerator, CampaignError> {
-        let what = format!("observer of {}", self.monitored.tag);
-        let part = self.model.output_model(0).during(&what)?;
-        let poles = vec![paper::default_pole(self.monitored.tag); part.model.nx()];
-        ResidualGenerator::observer(part.model, part.point, &poles).during(&what)
+        paper_models::observer(self.monitored.tag, &self.model)
     }
 }
-
-/// The smallest lags of [`paper::INPUTS`]: the valve angle is held from its sample on, the demanded
-/// fuel acts at once.
-const DELAYS: [usize; 2] = [1, 0];
 
 /// Identifies a model for each of the monitored outputs.
 pub fn identify(records: &Records) -> Result<Vec<Identified>, CampaignError> {

@@ -93,12 +93,14 @@ pub struct Records {
     pub faults: Vec<Record>,
     /// The healthy signature run, then the four faulty ones, all with the same excitation.
     pub signature: Vec<Record>,
+    /// The same with another excitation, from which the isolating residuals are learned.
+    pub signature_teaching: Vec<Record>,
     /// The load reductions of the machine on the mains.
     pub load_reduction: Vec<Record>,
 }
 
 /// The number of groups of records.
-const GROUPS: usize = 5;
+const GROUPS: usize = 6;
 
 fn plan(
     name: String,
@@ -126,8 +128,8 @@ fn at_once(case: FaultCase, size: f64) -> Fault {
 }
 
 fn plans(map_set: MapSet, seed: u64) -> Result<[Vec<Plan>; GROUPS], CampaignError> {
-    // Run indices: 0..2 identification, 10.. healthy, 20.. nominal faults, 30 signature; the
-    // effects of the faults take theirs from 40 on.
+    // Run indices: 0..2 identification, 10.. healthy, 20.. nominal faults, 30 signature, 31 what
+    // teaches its isolating residuals; the effects of the faults take theirs from 40 on.
     let identification = ["identification", "validation1", "validation2"]
         .iter()
         .zip(0..)
@@ -174,24 +176,32 @@ fn plans(map_set: MapSet, seed: u64) -> Result<[Vec<Plan>; GROUPS], CampaignErro
             faults.push(plan);
         }
     }
-    let signature_plan = |name: String, faults: Vec<Fault>| {
-        let mut plan = plan(name, map_set, SIGNATURE_PROFILE, SIGNATURE_S, seed, 30)?;
-        plan.scenario.faults = faults;
-        Ok::<_, CampaignError>(plan)
+    let signature_plans = |kind: &str, run_index: u64| {
+        let one = |name: String, faults: Vec<Fault>| {
+            let profile = SIGNATURE_PROFILE;
+            let mut plan = plan(name, map_set, profile, SIGNATURE_S, seed, run_index)?;
+            plan.scenario.faults = faults;
+            Ok::<_, CampaignError>(plan)
+        };
+        let mut plans = vec![one(format!("{map_set}_{kind}_healthy"), vec![])?];
+        for (case, size) in CASES.into_iter().zip(SIGNATURE_SIZES) {
+            let name = format!("{map_set}_{kind}_case{}", case.number());
+            plans.push(one(name, vec![at_once(case, size)])?);
+        }
+        Ok::<_, CampaignError>(plans)
     };
-    let mut signature = vec![signature_plan(
-        format!("{map_set}_signature_healthy"),
-        vec![],
-    )?];
-    for (case, size) in CASES.into_iter().zip(SIGNATURE_SIZES) {
-        let name = format!("{map_set}_signature_case{}", case.number());
-        signature.push(signature_plan(name, vec![at_once(case, size)])?);
-    }
     let load_reduction = LOAD_REDUCTIONS
         .into_iter()
         .map(|profile| load_reduction(map_set, profile, seed))
         .collect::<Result<_, _>>()?;
-    Ok([identification, healthy, faults, signature, load_reduction])
+    Ok([
+        identification,
+        healthy,
+        faults,
+        signature_plans("signature", 30)?,
+        signature_plans("signature_teaching", 31)?,
+        load_reduction,
+    ])
 }
 
 fn load_reduction(map_set: MapSet, profile: &str, seed: u64) -> Result<Plan, CampaignError> {
@@ -244,11 +254,19 @@ pub fn simulate_all(
     Ok(groups
         .iter()
         .map(
-            |[identification, healthy, faults, signature, load_reduction]| Records {
+            |[
+                identification,
+                healthy,
+                faults,
+                signature,
+                teaching,
+                load_reduction,
+            ]| Records {
                 identification: take(identification),
                 healthy: take(healthy),
                 faults: take(faults),
                 signature: take(signature),
+                signature_teaching: take(teaching),
                 load_reduction: take(load_reduction),
             },
         )

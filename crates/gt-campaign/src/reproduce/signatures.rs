@@ -1,7 +1,7 @@
 //! Table 9: the signature matrices, computed from the runs.
 
 use gtfdi::core::Dataset;
-use gtfdi::fdi::{Feature, signature};
+use gtfdi::fdi::{Feature, IsolatingResiduals, signature};
 use gtfdi::plant::{MapSet, SAMPLE_TIME_S};
 use rayon::prelude::*;
 
@@ -46,7 +46,10 @@ fn definition(residual: Residual) -> String {
          Features: {MEAN_S} s moving mean for q_c, t3, p7; m9 minus its {MEAN_S} s moving mean. \
          Sizes: {flow} % flow loss, {sensor} % of the thermocouple's reading, {efficiency} % of \
          the turbine's efficiency, {lag} s of lag, each reached within a second of \
-         {SIGNATURE_ONSET_S} s. Columns are then divided by their largest entry."
+         {SIGNATURE_ONSET_S} s. Columns are then divided by their largest entry. Isolated: the same \
+         of a linear combination of the four residuals for each case, which answers most to it and \
+         least to the others and to the models' own errors (largest ratio of the energies of the \
+         feature), learned on other records with another excitation."
     )
 }
 
@@ -91,27 +94,41 @@ pub fn table9(
         .iter()
         .filter(|identified| identified.monitored.observer_pole.is_some())
         .collect();
-    let all = records
-        .signature
-        .par_iter()
-        .map(|record| residuals(residual, &watched, record))
-        .collect::<Result<Vec<_>, _>>()?;
+    let of = |records: &[Record]| {
+        let runs = records.par_iter();
+        runs.map(|record| residuals(residual, &watched, record))
+            .collect::<Result<Vec<_>, _>>()
+    };
+    let (shown, teaching) = (of(&records.signature)?, of(&records.signature_teaching)?);
     let names: Vec<String> = CASES
         .iter()
         .map(|case| format!("case {}", case.number()))
-        .collect();
-    let faulty: Vec<(&str, &[Vec<f64>])> = names
-        .iter()
-        .map(String::as_str)
-        .zip(all[1..].iter().map(Vec::as_slice))
         .collect();
     let columns: Vec<(&str, Feature)> = watched
         .iter()
         .map(|identified| (identified.monitored.tag, watched_feature(identified)))
         .collect();
-    let window = sample(SIGNATURE_WINDOW_S)..all[0][0].len();
-    let found =
-        signature(&faulty, &all[0], &columns, SAMPLE_TIME_S, window).during("signature matrix")?;
+    let features: Vec<Feature> = columns.iter().map(|(_, feature)| *feature).collect();
+    let window = sample(SIGNATURE_WINDOW_S)..shown[0][0].len();
+    let what = "signature matrix";
+    let matrix = |runs: &[Vec<Vec<f64>>]| {
+        let (healthy, faulty) = (&runs[0], faulty(&names, &runs[1..]));
+        signature(&faulty, healthy, &columns, SAMPLE_TIME_S, window.clone()).during(what)
+    };
+    let found = matrix(&shown)?;
+    let isolating = IsolatingResiduals::learn(
+        &faulty(&names, &teaching[1..]),
+        &teaching[0],
+        &features,
+        SAMPLE_TIME_S,
+        window.clone(),
+    )
+    .during("isolating residuals")?;
+    let combined = shown
+        .iter()
+        .map(|run| isolating.apply(run).during("isolating residuals"))
+        .collect::<Result<Vec<_>, _>>()?;
+    let isolated = matrix(&combined)?;
     Ok(Table9 {
         map_set: map_set.to_string(),
         diagonal: found.is_diagonal(),
@@ -119,8 +136,15 @@ pub fn table9(
         columns: found.columns,
         matrix: found.matrix,
         raw: found.raw,
+        matrix_isolated: isolated.matrix,
         definition: definition(residual),
     })
+}
+
+/// The residuals of each faulty run with its name.
+fn faulty<'a>(names: &'a [String], runs: &'a [Vec<Vec<f64>>]) -> Vec<(&'a str, &'a [Vec<f64>])> {
+    let names = names.iter().map(String::as_str);
+    names.zip(runs.iter().map(Vec::as_slice)).collect()
 }
 
 /// The index of the sample at `time_s`.

@@ -251,6 +251,8 @@ pub struct Table9 {
     pub matrix: Vec<Vec<f64>>,
     /// The entries before the columns are normalised, in each output's own unit.
     pub raw: Vec<Vec<f64>>,
+    /// The graded entries of combinations of the residuals, one a case, that isolate it.
+    pub matrix_isolated: Vec<Vec<f64>>,
     /// Whether every column peaks at its own case.
     pub diagonal: bool,
     /// How the entries are defined.

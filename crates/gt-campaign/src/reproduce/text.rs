@@ -6,7 +6,7 @@ use super::Reproduction;
 use super::cells::{
     DETECTION_HEAD, ISOLATION_HEAD, LOADS_HEAD, MANOEUVRE_HEAD, MONITORED_HEAD, OBSERVER_HEAD,
     SEEDS_HEAD, TABLE3_HEAD, TABLE3_NOTE, TABLE6_HEAD, TABLE7_HEAD, TABLE8_HEAD, TABLE10_HEAD,
-    signature_cells,
+    signature_cells, signature_head,
 };
 use super::sections::SHARE_NOTE;
 use super::tables::{IsolationTable, Table7Row, Table8Row, Table10Row};
@@ -55,8 +55,8 @@ impl Reproduction {
             ("observers", &tables.table9_observers),
         ] {
             for table in all {
-                let mut head = vec!["fault"];
-                head.extend(table.columns.iter().map(String::as_str));
+                let head = signature_head(table);
+                let head: Vec<&str> = head.iter().map(String::as_str).collect();
                 let title = format!(
                     "Table 9: signature, {what}, {} maps ({})",
                     table.map_set,

@@ -31,6 +31,7 @@ mod filter_error;
 mod gains;
 mod generator;
 mod innovation;
+mod isolating_residuals;
 mod isolation;
 mod joint_whitening;
 mod kalman;
@@ -60,9 +61,10 @@ pub use false_alarm::{FalseAlarmRate, count_alarms};
 pub use filter_error::FilterError;
 pub use generator::{MAX_SETTLE_SAMPLES, ResidualGenerator, SETTLE_LEVEL};
 pub use innovation::Innovation;
+pub use isolating_residuals::IsolatingResiduals;
 pub use isolation::{
-    EffectPair, FaultEffect, FaultHypothesis, ISOLATION_SCHEMA_VERSION, IsolationDesign,
-    IsolationDetector, IsolationEvent, IsolationRun, Isolator,
+    EffectPair, FaultEffect, FaultHypothesis, ISOLATION_SCHEMA_VERSION, IsolationAlarm,
+    IsolationDesign, IsolationDetector, IsolationEvent, IsolationMonitor, IsolationRun, Isolator,
 };
 pub use joint_whitening::JointWhitening;
 pub use kalman::{FilterRun, KalmanFilter};

@@ -138,25 +138,8 @@ pub fn signature(
     sample_time_s: f64,
     window: Range<usize>,
 ) -> Result<SignatureMatrix, FdiError> {
-    if !(sample_time_s.is_finite() && sample_time_s > 0.0) {
-        let expected = "a positive finite number of seconds";
-        return Err(FdiError::Option {
-            option: "sample_time_s",
-            expected,
-            found: sample_time_s,
-        });
-    }
-    columns
-        .iter()
-        .try_for_each(|(_, feature)| feature.validate())?;
-    let len = healthy.first().ok_or(FdiError::NoHealthyData)?.len();
-    if window.start >= window.end || window.end > len {
-        return Err(FdiError::Window {
-            start: window.start,
-            end: window.end,
-            len,
-        });
-    }
+    let kinds: Vec<Feature> = columns.iter().map(|(_, kind)| *kind).collect();
+    let len = check_window(healthy, &kinds, sample_time_s, &window)?;
     let reference = features("healthy", healthy, columns, sample_time_s, len)?;
     let mut raw = Vec::with_capacity(faulty.len());
     for (fault, residuals) in faulty {
@@ -175,6 +158,33 @@ pub fn signature(
         raw,
         definition: define(columns, sample_time_s, &window),
     })
+}
+
+/// Checks what does not depend on the runs; gives the number of samples.
+pub(super) fn check_window(
+    healthy: &[Vec<f64>],
+    features: &[Feature],
+    sample_time_s: f64,
+    window: &Range<usize>,
+) -> Result<usize, FdiError> {
+    if !(sample_time_s.is_finite() && sample_time_s > 0.0) {
+        let expected = "a positive finite number of seconds";
+        return Err(FdiError::Option {
+            option: "sample_time_s",
+            expected,
+            found: sample_time_s,
+        });
+    }
+    features.iter().try_for_each(Feature::validate)?;
+    let len = healthy.first().ok_or(FdiError::NoHealthyData)?.len();
+    if window.start >= window.end || window.end > len {
+        return Err(FdiError::Window {
+            start: window.start,
+            end: window.end,
+            len,
+        });
+    }
+    Ok(len)
 }
 
 /// The features of one run's residuals, checked.

@@ -36,8 +36,8 @@ pub use exceedance_run::{ExceedanceRun, Persistence};
 pub use fleet::{Fleet, FleetError};
 pub(crate) use generator::{Generator, Matrices, Samples, Update};
 pub(crate) use isolation::{
-    Core, CoreParts, DiagnosisOptions, Drive, DriveParts, HypothesisKind, HypothesisParts,
-    JointWhitener, JointWhitenerParts, LevelParts,
+    Core, CoreParts, DiagnosisOptions, Drive, DriveParts, DriveSums, HypothesisKind,
+    HypothesisParts, JointWhitener, JointWhitenerParts, LAGS, LagParts, LevelParts,
 };
 pub use isolation::{Diagnosis, Finding, Hypothesis, IsolationVerdict, Pair};
 pub use statistics::AdaptiveThreshold;

@@ -2,7 +2,7 @@
 
 use gt_core::DimensionError;
 use gt_fdi::FdiError;
-use gt_fdi::design::{Feature, SignatureMatrix, feature, signature};
+use gt_fdi::design::{Feature, IsolatingResiduals, SignatureMatrix, feature, signature};
 use proptest::prelude::*;
 
 use crate::fixtures::{TS, noise};
@@ -210,4 +210,94 @@ fn errors_name_the_run_and_the_residual() {
         found: 0.0,
     };
     assert_eq!(signature(&[], &healthy, &bad, TS, 0..10), Err(error));
+}
+
+/// Units of the residuals, far apart.
+const UNITS: [f64; 3] = [1.0, 1e3, 1e-3];
+
+/// Faults that move mixtures of the residuals, each in its own course, on top of what moves them
+/// anyway.
+fn mixed(mixing: &[[f64; 3]; 3], size: f64, fault: Option<usize>, seed: u64) -> Vec<Vec<f64>> {
+    let len = 2000;
+    let own = noise(seed, len);
+    (0..3)
+        .map(|output| {
+            let healthy = noise(100 + output as u64, len);
+            let change = fault.map_or(0.0, |fault| size * mixing[fault][output]);
+            (0..len)
+                .map(|t| UNITS[output] * (1e-3 * healthy[t] + change * (1.0 + own[t])))
+                .collect()
+        })
+        .collect()
+}
+
+#[test]
+fn isolating_residuals_undo_a_mixture_and_hold_on_other_records() {
+    let mixing = [[1.0, 0.5, 0.4], [0.3, 1.0, -0.2], [-0.6, 0.2, 1.0]];
+    let names = ["f1", "f2", "f3"];
+    let run = |fault, size, seed| mixed(&mixing, size, fault, seed);
+    let teaching: Vec<_> = (0..3).map(|fault| run(Some(fault), 2.0, 7)).collect();
+    let faulty: Vec<(&str, &[Vec<f64>])> = names
+        .into_iter()
+        .zip(teaching.iter().map(Vec::as_slice))
+        .collect();
+    let features = [Feature::Plain; 3];
+    let isolating =
+        IsolatingResiduals::learn(&faulty, &run(None, 0.0, 7), &features, TS, 100..2000).unwrap();
+    // Other courses and sizes.
+    let others: Vec<_> = (0..3)
+        .map(|fault| isolating.apply(&run(Some(fault), 0.7, 8)).unwrap())
+        .collect();
+    let healthy = isolating.apply(&run(None, 0.0, 8)).unwrap();
+    let faulty: Vec<(&str, &[Vec<f64>])> = names
+        .into_iter()
+        .zip(others.iter().map(Vec::as_slice))
+        .collect();
+    let columns = names.map(|name| (name, Feature::Plain));
+    let found = signature(&faulty, &healthy, &columns, TS, 100..2000).unwrap();
+    for (i, row) in found.matrix.iter().enumerate() {
+        for (j, entry) in row.iter().enumerate() {
+            // The mixtures are gone but for the balance with healthy energy, 1e-6 of the smallest.
+            let expected = f64::from(u8::from(i == j));
+            assert!((entry - expected).abs() < 1e-3, "({i}, {j}): {entry}");
+        }
+        // Scaled to the size of the records that taught it.
+        let rms = found.raw[i][i] / 0.35;
+        assert!((rms - 1.0).abs() < 0.05, "{i}: {rms}");
+    }
+}
+
+#[test]
+fn isolating_residuals_refuse_what_does_not_fit() {
+    let run = || mixed(&[[1.0, 0.0, 0.0]; 3], 1.0, Some(0), 3);
+    let (own, healthy) = (run(), mixed(&[[0.0; 3]; 3], 0.0, None, 3));
+    let one = [("f1", own.as_slice())];
+    let learn = |faulty: &[(&str, &[Vec<f64>])], healthy: &[Vec<f64>], features: &[Feature]| {
+        IsolatingResiduals::learn(faulty, healthy, features, TS, 0..2000)
+    };
+    let plain = [Feature::Plain];
+    assert!(learn(&one, &healthy, &plain).is_ok());
+    assert!(matches!(
+        learn(&one, &healthy, &[]),
+        Err(FdiError::Dimension(_))
+    ));
+    assert!(matches!(
+        learn(&one, &healthy[..2], &plain),
+        Err(FdiError::Dimension(_))
+    ));
+    assert!(matches!(
+        learn(&one, &[], &plain),
+        Err(FdiError::NoHealthyData)
+    ));
+    // A fault that does not show.
+    let same = [("f1", healthy.as_slice())];
+    assert!(matches!(
+        learn(&same, &healthy, &plain),
+        Err(FdiError::NoEffect)
+    ));
+    let isolating = learn(&one, &healthy, &plain).unwrap();
+    assert!(matches!(
+        isolating.apply(&own[..2]),
+        Err(FdiError::Dimension(_))
+    ));
 }

@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use gt_core::Dataset;
 use nalgebra::{DMatrix, DVector};
 
-use super::drive_noise::{lag_curve, noise_energy};
+use super::drive_noise::{Actuator, drive_noise};
 use super::effect::{FaultEffect, FaultHypothesis, residuals};
 use super::isolator::{DriveNoise, Fields, Isolator};
 use super::linear::Tags;
+use super::wander::{identity, wander};
 use crate::FdiError;
 use crate::design::calibration::check_finite;
 use crate::design::channels::Channels;
@@ -16,12 +17,12 @@ use crate::design::generator::ResidualGenerator;
 use crate::design::joint_whitening::JointWhitening;
 use crate::design::mean_time::MeanTime;
 use crate::design::tail::Tail;
-use crate::runtime::Core;
+use crate::runtime::{Core, DriveSums, LAGS};
 
 /// Scans of the statistics between two peaks that count as two.
 const RELEASE_SCANS: usize = 256;
 /// Samples between two scans.
-const SAMPLES_A_SCAN: usize = 8;
+pub(super) const SAMPLES_A_SCAN: usize = 8;
 /// Ratio of a normal variable's standard deviation to its median modulus.
 const DEVIATION_OVER_MEDIAN: f64 = 1.482_602_218_505_602;
 
@@ -219,36 +220,49 @@ impl IsolationDesign {
     ) -> Result<Vec<DriveNoise>, FdiError> {
         let tags = Tags::of(&fields.generators);
         let size = tags.outputs.len();
-        let mut sums = vec![(0.0, 0_usize); fields.hypotheses.len()];
+        // Sums of the agreements round the nominal lag and each of those tried.
+        let mut sums = vec![(vec![0.0; 1 + LAGS.len()], 0_usize); fields.hypotheses.len()];
         run(fields, healthy, |core| {
-            let driven = core.last_sample()[size..].chunks_exact(size + 2);
+            let signals = core.last_sample();
             let places = fields.hypotheses.iter().enumerate();
             let own =
                 places.filter(|(_, own)| matches!(own.effect, FaultEffect::ActuatorLag { .. }));
-            for ((place, _), signals) in own.zip(driven) {
-                if signals[1] > 0.0 {
-                    sums[place].0 += signals[0];
-                    sums[place].1 += 1;
+            for (drive, (place, _)) in own.enumerate() {
+                let at = DriveSums::of(size, drive);
+                if signals[at.energy] > 0.0 {
+                    let (agreements, samples) = &mut sums[place];
+                    agreements[0] += signals[at.agreement];
+                    for (lag, sum) in agreements[1..].iter_mut().enumerate() {
+                        *sum += signals[at.lag(lag)[0]];
+                    }
+                    *samples += 1;
                 }
             }
         })?;
         let noise = fields.hypotheses.iter().zip(sums);
         noise
-            .map(|(hypothesis, (sum, samples))| {
-                let FaultEffect::ActuatorLag { input, nominal_s } = &hypothesis.effect else {
+            .map(|(hypothesis, (agreements, samples))| {
+                let FaultEffect::ActuatorLag {
+                    input, nominal_s, ..
+                } = &hypothesis.effect
+                else {
                     return Ok(DriveNoise::default());
                 };
-                let deviation = self.input_deviations.get(input).copied().unwrap_or(0.0);
-                Ok(DriveNoise {
-                    // Only noise that both share agrees however little the input moves.
-                    offset: if deviation > 0.0 {
-                        sum / samples.max(1) as f64
-                    } else {
-                        0.0
-                    },
-                    floor: noise_energy(fields, &tags, (input, *nominal_s), deviation),
-                    curve: lag_curve(fields, &tags, (input, *nominal_s), deviation, healthy)?,
-                })
+                let actuator = Actuator {
+                    input,
+                    nominal_s: *nominal_s,
+                    deviation: self.input_deviations.get(input).copied().unwrap_or(0.0),
+                };
+                let mut noise = drive_noise(fields, &tags, actuator, healthy)?;
+                // Only noise that both share agrees however little the input moves.
+                if actuator.deviation > 0.0 {
+                    let mean = |sum: f64| sum / samples.max(1) as f64;
+                    noise.offset = mean(agreements[0]);
+                    for (lag, sum) in noise.lags.iter_mut().zip(&agreements[1..]) {
+                        lag.offset = mean(*sum);
+                    }
+                }
+                Ok(noise)
             })
             .collect()
     }
@@ -322,7 +336,11 @@ fn settled_residuals(
 }
 
 /// Runs the core over records, calling `visit` after every settled sample.
-fn run(fields: &Fields, records: &[Dataset], mut visit: impl FnMut(&Core)) -> Result<(), FdiError> {
+pub(super) fn run(
+    fields: &Fields,
+    records: &[Dataset],
+    mut visit: impl FnMut(&Core),
+) -> Result<(), FdiError> {
     let tags = Tags::of(&fields.generators);
     let mut core = fields.core()?;
     for data in records {
@@ -336,73 +354,6 @@ fn run(fields: &Fields, records: &[Dataset], mut visit: impl FnMut(&Core)) -> Re
         }
     }
     Ok(())
-}
-
-/// The identity by rows.
-fn identity(size: usize) -> Vec<Vec<f64>> {
-    by_rows(&DMatrix::identity(size, size))
-}
-
-fn by_rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    let rows = matrix.row_iter();
-    rows.map(|row| row.iter().copied().collect()).collect()
-}
-
-/// By the memory's level the covariance of the normalised sums of healthy residuals, by rows, and
-/// of each hypothesis the variance of its normalised agreement where it is driven. White residuals
-/// have the identity and 1; no direction counts as quieter than that.
-type Wander = (Vec<Vec<Vec<f64>>>, Vec<Vec<f64>>);
-
-fn wander(fields: &Fields, healthy: &[Dataset]) -> Result<Wander, FdiError> {
-    // Of both signs: the square of either half is the same.
-    let mut symmetric = fields.clone();
-    for hypothesis in &mut symmetric.hypotheses {
-        hypothesis.both_signs = true;
-    }
-    let (size, count) = (fields.scale.len(), fields.hypotheses.len());
-    let levels = fields.core()?.levels();
-    let mut covariances = vec![(DMatrix::<f64>::zeros(size, size), 0_usize); levels];
-    let mut squares = vec![vec![(0.0, 0_usize); levels]; count];
-    let mut samples = 0_usize;
-    run(&symmetric, healthy, |core| {
-        samples += 1;
-        // Sums overlap so much that one in many tells as much as all.
-        if samples.is_multiple_of(8 * SAMPLES_A_SCAN) {
-            core.normalised(|level, place, values| {
-                if place < count {
-                    let (sum, number) = &mut squares[place][level];
-                    *sum += values[0] * values[0];
-                    *number += 1;
-                } else {
-                    let (sum, number) = &mut covariances[level];
-                    let values = DVector::from_column_slice(values);
-                    sum.ger(1.0, &values, &values, 1.0);
-                    *number += 1;
-                }
-            });
-        }
-    })?;
-    let mut last = DMatrix::identity(size, size);
-    let wander = covariances.into_iter().map(|(sum, number)| {
-        if number > size {
-            let mut parts = (sum / number as f64).symmetric_eigen();
-            parts.eigenvalues.apply(|value| *value = value.max(1.0));
-            last = parts.recompose();
-        }
-        by_rows(&last)
-    });
-    let wander = wander.collect();
-    let driven = squares.into_iter().map(|levels| {
-        let mut last = 1.0_f64;
-        let own = levels.into_iter().map(|(sum, number)| {
-            if number > 0 {
-                last = (sum / number as f64).max(1.0);
-            }
-            last
-        });
-        own.collect()
-    });
-    Ok((wander, driven.collect()))
 }
 
 fn robust_scale(

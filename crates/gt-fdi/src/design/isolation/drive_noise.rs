@@ -1,98 +1,135 @@
-//! What a drive makes of its input's noise, and of lags that are not small.
+//! What a drive makes of its input's noise, and what smoothing its rate takes from it.
+
+use std::collections::VecDeque;
 
 use gt_core::Dataset;
 
-use super::isolator::Fields;
+use super::isolator::{DriveNoise, Fields, LagNoise};
 use super::linear::Tags;
 use crate::FdiError;
 use crate::design::channels::Channels;
-use crate::runtime::Drive;
+use crate::runtime::{Drive, LAGS};
 
-/// Lags at which the curve of a drive is computed, in seconds.
-const LAGS_S: [f64; 12] = [
-    0.01, 0.05, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0, 1.5, 2.2, 3.2, 5.0,
-];
-/// Samples of a healthy record that it is computed from.
-const CURVE_SAMPLES: usize = 45_000;
+/// Samples of a healthy record that gains are computed from.
+const GAIN_SAMPLES: usize = 45_000;
+/// Samples on either side for a rate that is as good as not smoothed.
+pub(super) const SHARP: usize = 1;
 
-/// An actuator's input with the lag round which its effect is linear, in seconds.
-type Actuator<'a> = (&'a str, f64);
-
-/// Energy of a drive a sample when its input is white noise of this deviation.
-pub(super) fn noise_energy(
-    fields: &Fields,
-    tags: &Tags,
-    (input, nominal_s): Actuator,
-    deviation: f64,
-) -> f64 {
-    let mut drives = [fields.drive(tags, input, nominal_s)];
-    let mut energy = 0.0;
-    for u in pulse(fields, tags, input, deviation) {
-        energy += products(&mut drives, &u)[0];
-    }
-    energy
+/// An actuator's input with the lag round which its effect is linear, in seconds, and the standard
+/// deviation of the input's noise.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Actuator<'a> {
+    pub(super) input: &'a str,
+    pub(super) nominal_s: f64,
+    pub(super) deviation: f64,
 }
 
-/// What is estimated of lags, as if the effect were linear, for the movements of the input in the
-/// first healthy record and without what its noise of this deviation adds: the slower actuator
-/// leaves out what is fast, so that its effect grows less than its lag.
-pub(super) fn lag_curve(
+/// What its own noise gives a drive, round its nominal lag and each of those tried, with offsets of
+/// zero; gains are those of the movements of the first healthy record.
+pub(super) fn drive_noise(
     fields: &Fields,
     tags: &Tags,
-    (input, nominal_s): Actuator,
-    deviation: f64,
+    actuator: Actuator,
     healthy: &[Dataset],
-) -> Result<Vec<[f64; 2]>, FdiError> {
+) -> Result<DriveNoise, FdiError> {
     let Some(data) = healthy.first() else {
         return Err(FdiError::NoHealthyData);
     };
-    let drives = || -> Vec<Drive> {
-        let lags = [nominal_s].into_iter().chain(LAGS_S);
-        lags.map(|lag_s| fields.drive(tags, input, lag_s)).collect()
-    };
-    let mut sums = vec![0.0; LAGS_S.len() + 1];
+    let pulse = pulse(fields, tags, actuator);
+    let own = Sums::of(fields, tags, actuator, pulse.iter().map(Vec::as_slice));
     let mut channels = Channels::of(data, fields.sample_time_s, &tags.inputs, &tags.outputs)?;
-    let length = data.len().min(CURVE_SAMPLES);
-    let mut moved = drives();
-    for sample in 0..length {
-        let found = products(&mut moved, channels.at(sample).0);
-        sums.iter_mut()
-            .zip(found)
-            .for_each(|(sum, own)| *sum += own);
-    }
-    let mut shaken = drives();
-    for u in pulse(fields, tags, input, deviation) {
-        let found = products(&mut shaken, &u);
-        let noise = found.into_iter().map(|own| length as f64 * own);
-        sums.iter_mut()
-            .zip(noise)
-            .for_each(|(sum, own)| *sum -= own);
-    }
-    let mut curve = vec![[0.0, 0.0]];
-    for (lag_s, sum) in LAGS_S.iter().zip(&sums[1..]) {
-        let estimate = lag_s * sum / sums[0];
-        // Beyond where it no longer grows, lags cannot be told apart.
-        if !estimate.is_finite() || curve.last().is_some_and(|[last, _]| estimate <= *last) {
-            break;
+    let length = data.len().min(GAIN_SAMPLES);
+    let inputs: Vec<Vec<f64>> = (0..length)
+        .map(|sample| channels.at(sample).0.to_vec())
+        .collect();
+    let moved = Sums::of(fields, tags, actuator, inputs.iter().map(Vec::as_slice));
+    let lags = (1..=LAGS.len()).map(|lag| {
+        let noise = length as f64;
+        let sharp = moved.sharp[lag] - noise * own.sharp[lag];
+        let smooth = moved.smooth[lag] - noise * own.smooth[lag];
+        let gain = sharp / smooth;
+        LagNoise {
+            offset: 0.0,
+            floor: own.smooth[lag],
+            // Where the input does not move more than its noise, nothing is known.
+            gain: if gain.is_finite() && gain > 0.0 {
+                gain
+            } else {
+                1.0
+            },
         }
-        curve.push([estimate, *lag_s]);
+    });
+    Ok(DriveNoise {
+        offset: 0.0,
+        floor: own.smooth[0],
+        lags: lags.collect(),
+    })
+}
+
+/// Sums over a series of inputs of the products of a drive with itself, and with one whose rate is
+/// hardly smoothed, round each lag.
+struct Sums {
+    smooth: Vec<f64>,
+    sharp: Vec<f64>,
+}
+
+impl Sums {
+    fn of<'a>(
+        fields: &Fields,
+        tags: &Tags,
+        actuator: Actuator,
+        inputs: impl Iterator<Item = &'a [f64]>,
+    ) -> Self {
+        let drive =
+            |half_width: usize| fields.drive(tags, actuator.input, actuator.nominal_s, half_width);
+        let smoothed = fields.half_width > SHARP;
+        let (mut smooth, mut sharp) = (drive(fields.half_width), drive(SHARP));
+        let mut late: VecDeque<Vec<f64>> = VecDeque::new();
+        let mut sums = Self {
+            smooth: vec![0.0; LAGS.len() + 1],
+            sharp: vec![0.0; LAGS.len() + 1],
+        };
+        for u in inputs {
+            smooth.step(u);
+            // The answer to a smooth rate comes later.
+            late.push_back(u.to_vec());
+            if late.len() > fields.half_width.saturating_sub(SHARP)
+                && let Some(u) = late.pop_front()
+            {
+                sharp.step(&u);
+            }
+            let dot = |other: &Drive, lag: usize| -> f64 {
+                let pairs = smooth.change(lag).iter().zip(other.change(lag));
+                pairs.map(|(left, right)| left * right).sum()
+            };
+            for lag in 0..=LAGS.len() {
+                sums.smooth[lag] += dot(&smooth, lag);
+                sums.sharp[lag] += dot(if smoothed { &sharp } else { &smooth }, lag);
+            }
+        }
+        sums
     }
-    Ok(curve)
 }
 
 /// The inputs of a single pulse of one deviation, as long as a drive answers it: white noise has
 /// the energy of that answer. Nothing without a deviation.
-fn pulse(fields: &Fields, tags: &Tags, input: &str, deviation: f64) -> Vec<Vec<f64>> {
-    if deviation == 0.0 {
+fn pulse(fields: &Fields, tags: &Tags, actuator: Actuator) -> Vec<Vec<f64>> {
+    if actuator.deviation == 0.0 {
         return Vec::new();
     }
     let fill = 2 * fields.half_width + 1;
-    let answer = 2 * fields.half_width + 2 * fields.settle_samples() + fields.whitening.order() + 2;
+    // The slowest lag has settled to 1e-6 in 14 of its time constants.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // a thousand or so
+    let lag = LAGS
+        .iter()
+        .fold(0.0, |slowest: f64, own| slowest.max(14.0 * own)) as usize;
+    let answer =
+        2 * fields.half_width + 2 * fields.settle_samples() + fields.whitening.order() + lag;
     let one = |sample: usize| {
         let own = tags.inputs.iter();
         own.map(|tag| {
-            if sample == fill && tag == input {
-                deviation
+            if sample == fill && tag == actuator.input {
+                actuator.deviation
             } else {
                 0.0
             }
@@ -100,16 +137,4 @@ fn pulse(fields: &Fields, tags: &Tags, input: &str, deviation: f64) -> Vec<Vec<f
         .collect()
     };
     (0..fill + answer).map(one).collect()
-}
-
-/// The products of what the first drive says of a sample with what each of them says.
-fn products(drives: &mut [Drive], u: &[f64]) -> Vec<f64> {
-    let Some((first, others)) = drives.split_first_mut() else {
-        return Vec::new();
-    };
-    let first = first.step(u);
-    let dot = |own: &[f64]| own.iter().zip(first).map(|(l, r)| l * r).sum::<f64>();
-    let mut found = vec![dot(first)];
-    found.extend(others.iter_mut().map(|drive| dot(drive.step(u))));
-    found
 }

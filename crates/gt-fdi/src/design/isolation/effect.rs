@@ -2,16 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use gt_core::Dataset;
-use nalgebra::DMatrix;
+use gt_core::{Dataset, DimensionError};
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
+use super::drive_noise::SHARP;
 use super::linear::Tags;
 use crate::FdiError;
 use crate::design::calibration::check_finite;
 use crate::design::channels::Channels;
 use crate::design::generator::ResidualGenerator;
 use crate::design::joint_whitening::JointWhitening;
+use crate::runtime::{Drive, DriveParts};
 
 /// What a fault does to what is measured, for each unit of its size.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -33,7 +35,15 @@ pub enum FaultEffect {
         input: String,
         /// The lag in seconds round which the effect is linear: about the smallest to be found.
         nominal_s: f64,
+        /// What a lag does over what the model says it would, by way of the input: 1 unless it was
+        /// learned ([`FaultEffect::learn_lag`]).
+        #[serde(default = "one")]
+        gain: f64,
     },
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 /// A fault that is to be told from others.
@@ -89,7 +99,14 @@ impl FaultHypothesis {
                 }
                 (changes.keys().collect(), &tags.outputs)
             }
-            FaultEffect::ActuatorLag { input, nominal_s } => {
+            FaultEffect::ActuatorLag {
+                input,
+                nominal_s,
+                gain,
+            } => {
+                if !(gain.is_finite() && *gain > 0.0) {
+                    return refuse("gain", "a finite number above 0", *gain);
+                }
                 if !(nominal_s.is_finite() && *nominal_s >= 0.0) {
                     return refuse(
                         "nominal_s",
@@ -137,16 +154,7 @@ impl FaultEffect {
         let mut information = [0.0; 3];
         let mut agreement = DMatrix::<f64>::zeros(size, 2);
         for pair in pairs {
-            gt_core::DimensionError::check("fault sizes", pair.faulty.len(), pair.sizes.len())?;
-            gt_core::DimensionError::check(
-                "healthy samples",
-                pair.faulty.len(),
-                pair.healthy.len(),
-            )?;
-            check_finite("fault sizes", pair.sizes)?;
-            let change = residuals(generators, pair.faulty)? - residuals(generators, pair.healthy)?;
-            check_finite("residuals of a fault", change.as_slice())?;
-            let white = whitening.response(&change)?;
+            let white = pair.change(generators, whitening)?;
             let mut before = 0.0;
             for (column, &f) in white.column_iter().zip(pair.sizes) {
                 let rate = f - before;
@@ -179,6 +187,87 @@ impl FaultEffect {
             changes: named.collect(),
             delay_s: (all - own) * first.sample_time_s(),
         })
+    }
+}
+
+impl FaultEffect {
+    /// The lag of the actuator behind an input, with the gain that records with lags of known course
+    /// show: where the input moves within the sample, or the model errs about what is fast, a lag
+    /// does more or less than the model says. By least squares of the whitened residuals' change,
+    /// each pair linear round its largest lag; noise in the input would make the gain too small.
+    ///
+    /// # Errors
+    /// As [`FaultEffect::learn`].
+    pub fn learn_lag(
+        generators: &[ResidualGenerator],
+        whitening: &JointWhitening,
+        (input, nominal_s): (&str, f64),
+        pairs: &[EffectPair],
+    ) -> Result<Self, FdiError> {
+        let tags = Tags::of(generators);
+        let size = tags.outputs.len();
+        let Some(first) = generators.first() else {
+            return Err(FdiError::NoHealthyData);
+        };
+        let Some(place) = tags.inputs.iter().position(|tag| tag == input) else {
+            return Err(FdiError::MissingTags {
+                missing: vec![input.to_owned()],
+                available: tags.inputs,
+            });
+        };
+        let (mut agreement, mut energy) = (0.0, 0.0);
+        for pair in pairs {
+            let white = pair.change(generators, whitening)?;
+            let mut drive = Drive::new(DriveParts {
+                input: place,
+                inputs: tags.inputs.len(),
+                sample_time_s: first.sample_time_s(),
+                half_width: SHARP,
+                lags_s: vec![pair.sizes.iter().copied().fold(0.0, f64::max)],
+                generators: tags.linear(generators),
+                whitener: whitening.runtime(&DVector::zeros(size), &DVector::repeat(size, 1.0)),
+            });
+            let own = (pair.faulty, first.sample_time_s());
+            let mut channels = Channels::of(own.0, own.1, &tags.inputs, &tags.outputs)?;
+            for sample in 0..pair.faulty.len() {
+                drive.step(channels.at(sample).0);
+                // The drive answers late.
+                let Some(then) = sample.checked_sub(SHARP) else {
+                    continue;
+                };
+                let lag_s = pair.sizes[then];
+                for (v, d) in white.column(then).iter().zip(drive.change(0)) {
+                    agreement += v * lag_s * d;
+                    energy += lag_s * lag_s * d * d;
+                }
+            }
+        }
+        let gain = agreement / energy;
+        if !(gain.is_finite() && gain > 0.0) {
+            return Err(FdiError::NoEffect);
+        }
+        Ok(Self::ActuatorLag {
+            input: input.to_owned(),
+            nominal_s,
+            gain,
+        })
+    }
+}
+
+impl EffectPair<'_> {
+    /// The change (m x N) of the whitened residuals.
+    fn change(
+        &self,
+        generators: &[ResidualGenerator],
+        whitening: &JointWhitening,
+    ) -> Result<DMatrix<f64>, FdiError> {
+        let len = self.faulty.len();
+        DimensionError::check("fault sizes", len, self.sizes.len())?;
+        DimensionError::check("healthy samples", len, self.healthy.len())?;
+        check_finite("fault sizes", self.sizes)?;
+        let change = residuals(generators, self.faulty)? - residuals(generators, self.healthy)?;
+        check_finite("residuals of a fault", change.as_slice())?;
+        whitening.response(&change)
     }
 }
 

@@ -12,8 +12,8 @@ use crate::design::generator::ResidualGenerator;
 use crate::design::joint_whitening::JointWhitening;
 use crate::design::mean_time::MeanTime;
 use crate::runtime::{
-    Core, CoreParts, DiagnosisOptions, Drive, DriveParts, HypothesisKind, HypothesisParts,
-    LevelParts,
+    Core, CoreParts, DiagnosisOptions, Drive, DriveParts, HypothesisKind, HypothesisParts, LAGS,
+    LagParts, LevelParts,
 };
 
 /// The version of the file format of an [`Isolator`].
@@ -72,8 +72,20 @@ pub(super) struct Fields {
 pub(super) struct DriveNoise {
     pub(super) offset: f64,
     pub(super) floor: f64,
-    /// Estimates and the lags they stand for, in seconds, both ascending.
-    pub(super) curve: Vec<[f64; 2]>,
+    /// Round each lag tried for the size.
+    pub(super) lags: Vec<LagNoise>,
+}
+
+/// What is known of a drive round one lag.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct LagNoise {
+    /// Healthy mean of the agreement with residuals whose bursts are not cut.
+    pub(super) offset: f64,
+    /// Energy of the drive's own noise, a sample.
+    pub(super) floor: f64,
+    /// What the drive would agree with itself if its rate were not smoothed, over its energy.
+    pub(super) gain: f64,
 }
 
 /// The fields of an [`Isolator`] as they come from a file.
@@ -199,6 +211,16 @@ impl Fields {
             ("scales", size, self.scale.len()),
             ("drives", count, self.drives.len()),
             ("limits", count + 1, self.limits.len()),
+            (
+                "lags of drives",
+                LAGS.len()
+                    * self
+                        .drives
+                        .iter()
+                        .filter(|own| !own.lags.is_empty())
+                        .count(),
+                self.drives.iter().map(|own| own.lags.len()).sum(),
+            ),
             ("variances of drives", count, self.driven_variance.len()),
             ("promises", count + 1, self.mean_times.len()),
         ];
@@ -217,9 +239,8 @@ impl Fields {
             .chain(
                 self.drives
                     .iter()
-                    .flat_map(|own| &own.curve)
-                    .flatten()
-                    .map(|value| ("curve", *value, *value >= 0.0)),
+                    .flat_map(|own| &own.lags)
+                    .map(|own| ("gain", own.gain, own.gain > 0.0)),
             )
             .chain([
                 (
@@ -304,8 +325,13 @@ impl Fields {
             self.hypotheses.iter().zip(directions).zip(&self.drives)
         {
             let (kind, delay) = match (&hypothesis.effect, direction) {
-                (FaultEffect::ActuatorLag { input, nominal_s }, _) => {
-                    drives.push(self.drive(&tags, input, *nominal_s));
+                (
+                    FaultEffect::ActuatorLag {
+                        input, nominal_s, ..
+                    },
+                    _,
+                ) => {
+                    drives.push(self.drive(&tags, input, *nominal_s, self.half_width));
                     (HypothesisKind::Driven(drives.len() - 1), 0.0)
                 }
                 (FaultEffect::Outputs { changes, delay_s }, Some(direction)) => {
@@ -329,7 +355,7 @@ impl Fields {
                 offset: noise.offset,
                 floor: noise.floor,
                 delay,
-                curve: noise.curve.clone(),
+                lags: self.lag_parts(noise, &hypothesis.effect),
             });
         }
         let delay = if drives.is_empty() {
@@ -398,14 +424,38 @@ impl Fields {
             .collect()
     }
 
-    pub(super) fn drive(&self, tags: &Tags, input: &str, nominal_lag_s: f64) -> Drive {
+    fn lag_parts(&self, noise: &DriveNoise, effect: &FaultEffect) -> Vec<LagParts> {
+        let FaultEffect::ActuatorLag { gain, .. } = effect else {
+            return Vec::new();
+        };
+        let lags = noise.lags.iter().zip(LAGS);
+        lags.map(|(own, lag)| LagParts {
+            lag_s: lag * self.sample_time_s,
+            offset: own.offset,
+            floor: own.floor,
+            gain: own.gain * gain,
+        })
+        .collect()
+    }
+
+    /// The drive of an actuator, its rate over `half_width` samples on either side.
+    pub(super) fn drive(
+        &self,
+        tags: &Tags,
+        input: &str,
+        nominal_lag_s: f64,
+        half_width: usize,
+    ) -> Drive {
         let zero = DVector::zeros(self.scale.len());
         Drive::new(DriveParts {
             input: tags.inputs.iter().position(|tag| tag == input).unwrap_or(0),
             inputs: tags.inputs.len(),
             sample_time_s: self.sample_time_s,
-            half_width: self.half_width,
-            nominal_lag_s,
+            half_width,
+            lags_s: [nominal_lag_s]
+                .into_iter()
+                .chain(LAGS.map(|lag| lag * self.sample_time_s))
+                .collect(),
             generators: tags.linear(&self.generators),
             whitener: self.whitening.runtime(&zero, &self.scale),
         })

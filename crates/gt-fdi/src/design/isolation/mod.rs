@@ -1,13 +1,18 @@
 //! From hypotheses, generators and healthy records to a diagnosis of faults.
 
 mod calibrate;
+mod detector;
 mod drive_noise;
 mod effect;
 mod isolator;
 mod linear;
+mod monitor;
 mod run;
+mod wander;
 
 pub use calibrate::IsolationDesign;
+pub use detector::IsolationDetector;
 pub use effect::{EffectPair, FaultEffect, FaultHypothesis};
 pub use isolator::{ISOLATION_SCHEMA_VERSION, Isolator};
-pub use run::{IsolationDetector, IsolationEvent, IsolationRun};
+pub use monitor::{IsolationEvent, IsolationMonitor};
+pub use run::{IsolationAlarm, IsolationRun};

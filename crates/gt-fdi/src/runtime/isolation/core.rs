@@ -9,8 +9,10 @@ use serde::Serialize;
 use super::diagnosis::DiagnosisOptions;
 use super::drive::Drive;
 use super::joint_whitener::JointWhitener;
+use super::lag::{LAGS, LagParts};
 use super::memory::Memory;
 use super::profile::Profile;
+use super::score::score;
 use super::suffix::Suffixes;
 use crate::runtime::{Generator, Update};
 
@@ -35,24 +37,8 @@ pub(crate) struct HypothesisParts {
     pub(crate) floor: f64,
     /// Samples by which the residuals come late.
     pub(crate) delay: f64,
-    /// Estimates and the sizes they stand for, both ascending; empty where they are one.
-    pub(crate) curve: Vec<[f64; 2]>,
-}
-
-impl HypothesisParts {
-    /// The size that an estimate stands for, and how fast it grows with the estimate.
-    pub(super) fn size_of(&self, estimate: f64) -> (f64, f64) {
-        let above = self.curve.partition_point(|[own, _]| *own < estimate);
-        // Beyond the ends as between the two points next to them.
-        let last = above.clamp(1, self.curve.len().saturating_sub(1).max(1));
-        match (self.curve.get(last - 1), self.curve.get(last)) {
-            (Some([x0, y0]), Some([x1, y1])) if x1 > x0 => {
-                let slope = (y1 - y0) / (x1 - x0);
-                (y0 + slope * (estimate - x0), slope)
-            }
-            _ => (estimate, 1.0),
-        }
-    }
+    /// What tells the size of a lag; empty for other faults.
+    pub(crate) lags: Vec<LagParts>,
 }
 
 /// How healthy residuals wander over times of one level of the memory.
@@ -124,14 +110,20 @@ pub struct IsolationVerdict {
     pub settling: bool,
 }
 
+impl IsolationVerdict {
+    /// The largest ratio of a statistic to its limit.
+    pub fn worst_ratio(&self, limits: &[f64]) -> f64 {
+        let ratios = self.statistics.iter().zip(limits);
+        ratios.map(|(own, limit)| own / limit).fold(0.0, f64::max)
+    }
+}
+
 /// Share by which the level of a residual follows each sample: about five seconds of ten a second.
 const FOLLOW: f64 = 1.0 / 64.0;
 /// Blocks between two scans.
 const BLOCKS_A_SCAN: usize = 2;
 /// Scans without an exceedance that end an alarm.
 const RELEASE_SCANS: usize = 64;
-/// Least share of a drive's energy that counts as more than noise.
-const LEAST_REAL: f64 = 0.25;
 /// The youngest onset that is judged, in samples.
 pub(super) const SHORTEST: f64 = 8.0;
 
@@ -145,7 +137,7 @@ pub(crate) struct Core {
     /// Where each whitened residual has been lately, so that bursts are cut and lasting changes, of
     /// whatever size, are not.
     levels: Box<[f64]>,
-    /// Whitened residuals on their way to the memory, round.
+    /// Whitened residuals on their way to the memory, round: with bursts cut, then as they were.
     waiting: Vec<Box<[f64]>>,
     next_waiting: usize,
     sample: Box<[f64]>,
@@ -167,7 +159,7 @@ impl Core {
             sums,
             residuals: vec![0.0; size].into(),
             levels: vec![0.0; size].into(),
-            waiting: vec![vec![0.0; size].into(); parts.delay + 1],
+            waiting: vec![vec![0.0; 2 * size].into(); parts.delay + 1],
             next_waiting: 0,
             sample: vec![0.0; signals].into(),
             unsettled,
@@ -210,10 +202,12 @@ impl Core {
         let settling = self.unsettled > 0;
         self.unsettled = self.unsettled.saturating_sub(1);
         if let Some(newest) = self.waiting.get_mut(self.next_waiting) {
-            for ((to, from), level) in newest.iter_mut().zip(white).zip(&mut self.levels) {
-                // Without a residual there is no evidence.
-                *to = 0.0;
-                if !settling {
+            // Without a residual there is no evidence.
+            newest.fill(0.0);
+            if !settling {
+                let (cut, whole) = newest.split_at_mut(white.len());
+                whole.copy_from_slice(white);
+                for ((to, from), level) in cut.iter_mut().zip(white).zip(&mut self.levels) {
                     let step = (from - *level).clamp(-limiter, limiter);
                     *to = *level + step;
                     *level += FOLLOW * step;
@@ -240,10 +234,11 @@ impl Core {
 
     /// The oldest residuals that wait, with what the drives say of the same time.
     fn collect(&mut self, u: &[f64]) -> bool {
-        let Some(white) = self.waiting.get(self.next_waiting) else {
+        let Some(waiting) = self.waiting.get(self.next_waiting) else {
             return false;
         };
-        let size = white.len();
+        let size = waiting.len() / 2;
+        let (white, whole) = waiting.split_at(size);
         let (own, driven) = self.sample.split_at_mut(size);
         own.copy_from_slice(white);
         let settled = own.iter().any(|value| *value != 0.0);
@@ -251,16 +246,24 @@ impl Core {
             .parts
             .drives
             .iter_mut()
-            .zip(driven.chunks_mut(size + 2))
+            .zip(driven.chunks_mut(size + DriveSums::COUNT))
         {
-            let change = drive.step(u);
-            if let [agreement, energy, changes @ ..] = places {
-                let shown = |value: f64| if settled { value } else { 0.0 };
-                *agreement = shown(dot(own, change));
-                *energy = shown(dot(change, change));
-                for (to, from) in changes.iter_mut().zip(change) {
-                    *to = shown(*from);
+            drive.step(u);
+            let shown = |value: f64| if settled { value } else { 0.0 };
+            let change = drive.change(0);
+            let (changes, places) = places.split_at_mut(size);
+            for (to, from) in changes.iter_mut().zip(change) {
+                *to = shown(*from);
+            }
+            // The nominal lag with bursts cut, then all others with the residuals as they are.
+            let mut residuals = &*own;
+            for (lag, pair) in places.chunks_exact_mut(2).enumerate() {
+                let change = drive.change(lag);
+                if let [agreement, energy] = pair {
+                    *agreement = shown(dot(residuals, change));
+                    *energy = shown(dot(change, change));
                 }
+                residuals = whole;
             }
         }
         true
@@ -368,8 +371,8 @@ impl Core {
         }
     }
 
-    /// The sample that the memory took last: whitened residuals, then a drive's agreement, energy
-    /// and changes.
+    /// The sample that the memory took last: whitened residuals, then a drive's [`DriveSums`] and
+    /// changes.
     pub(crate) fn last_sample(&self) -> &[f64] {
         &self.sample
     }
@@ -377,81 +380,39 @@ impl Core {
 
 /// Signals in the memory.
 fn signals(size: usize, drives: usize) -> usize {
-    size + drives * (size + 2)
+    size + drives * (size + DriveSums::COUNT)
+}
+
+/// Where the memory has what a drive says: the changes (m) it would make round its nominal lag,
+/// their agreement with the residuals and their energy, then for each of [`LAGS`] the agreement with
+/// residuals whose bursts are not cut, and the energy.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct DriveSums {
+    pub(crate) changes: usize,
+    pub(crate) agreement: usize,
+    pub(crate) energy: usize,
+}
+
+impl DriveSums {
+    const COUNT: usize = 2 + 2 * LAGS.len();
+
+    /// Of the drive of this number beside `size` residuals.
+    pub(crate) fn of(size: usize, drive: usize) -> Self {
+        let changes = size + drive * (size + Self::COUNT);
+        Self {
+            changes,
+            agreement: changes + size,
+            energy: changes + size + 1,
+        }
+    }
+
+    /// Agreement and energy round one of [`LAGS`].
+    pub(crate) fn lag(&self, index: usize) -> [usize; 2] {
+        let first = self.energy + 1 + 2 * index;
+        [first, first + 1]
+    }
 }
 
 fn dot(left: &[f64], right: &[f64]) -> f64 {
     left.iter().zip(right).map(|(l, r)| l * r).sum()
-}
-
-/// A hypothesis under a profile of growth.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Score {
-    /// Square of the normalised agreement; 0 where the sign is wrong.
-    pub(super) squared: f64,
-    /// Growth of the fault a sample; 0 for a change in any direction.
-    pub(super) growth: f64,
-    /// Its variance.
-    pub(super) variance: f64,
-    /// The agreement over its standard deviation, with its sign.
-    pub(super) normalised: f64,
-    /// That standard deviation.
-    pub(super) deviation: f64,
-}
-
-/// The level of the memory that an onset lies in.
-pub(super) fn level<'a>(
-    parts: &'a CoreParts,
-    sums: &Suffixes,
-    onset: usize,
-) -> Option<&'a LevelParts> {
-    let levels = &parts.levels;
-    levels.get(sums.level(onset)).or(levels.last())
-}
-
-/// The score of the hypothesis at `place`; after the last one, of a change in any direction.
-pub(super) fn score(parts: &CoreParts, sums: &Suffixes, place: usize, profile: &Profile) -> Score {
-    let Some(level) = level(parts, sums, profile.onset) else {
-        return Score::default();
-    };
-    let Some(hypothesis) = parts.hypotheses.get(place) else {
-        let square = level.square(|i| profile.weighted(sums, i));
-        return Score {
-            squared: square / profile.own_energy(sums),
-            ..Score::default()
-        };
-    };
-    let scale = level.scale.get(place).copied().unwrap_or(1.0);
-    // For the estimate the energy of what was real, for its error that of all.
-    let (agreement, real, variance) = match &hypothesis.kind {
-        HypothesisKind::Direction(_) => {
-            let projected = level.projected.get(place).into_iter().flatten();
-            let terms = projected.enumerate();
-            let agreement = terms
-                .map(|(i, g)| g * profile.weighted(sums, i))
-                .sum::<f64>();
-            let energy = scale * profile.own_energy(sums);
-            (agreement, energy, energy)
-        }
-        HypothesisKind::Driven(drive) => {
-            let size = level.metric.len().isqrt();
-            let first = size + drive * (size + 2);
-            let agreement = profile.weighted(sums, first) - hypothesis.offset * profile.sum(sums);
-            let energy = profile.energy(sums, first + 1);
-            let noise = hypothesis.floor * profile.own_energy(sums);
-            let real = (energy - noise).max(LEAST_REAL * energy);
-            (agreement, real, scale * (energy + noise))
-        }
-    };
-    if real <= 0.0 || (agreement < 0.0 && !hypothesis.both_signs) {
-        return Score::default();
-    }
-    let deviation = libm::sqrt(variance);
-    Score {
-        squared: agreement * agreement / variance,
-        growth: agreement / real,
-        variance: variance / (real * real),
-        normalised: agreement / deviation,
-        deviation,
-    }
 }

@@ -5,27 +5,25 @@ use alloc::vec::Vec;
 
 use serde::Serialize;
 
-use super::core::{Core, HypothesisKind, SHORTEST, level, score};
+use super::core::{Core, DriveSums, HypothesisKind, SHORTEST};
 use super::profile::Profile;
+use super::score::{level, score, size};
 
 /// Share of the profiles, before any evidence, that still grow.
 const STILL_GROWING: f64 = 0.5;
 /// Prior variance of a fault's size over the variance of its estimate: wide, so that a fault with
 /// more unknowns needs more evidence.
-const PRIOR_SPREAD: f64 = 400.0;
+pub(super) const PRIOR_SPREAD: f64 = 400.0;
 /// Standard normal quantile of 97.5 %.
 const QUANTILE: f64 = 1.959_963_984_540_054;
-/// Of the edges every fourth may be the onset of one of two faults, every eighth an end of growth.
-const PAIR_ONSETS: usize = 4;
-const PAIR_ENDS: usize = 8;
-/// Correlation beyond which two faults cannot be told apart.
-const MOST_ALIKE: f64 = 0.95;
 /// Power of the likelihoods that onsets are weighed with: how a fault builds up in the residuals is
 /// known less well than that it is there, and healthy wander between neighbouring onsets is not
 /// independent.
 const ONSET_POWER: f64 = 0.4;
 /// Prior probability that it is none of the hypotheses, over that of one of them.
 const NONE_OF_THESE: f64 = 0.05;
+/// Weight of a profile, beside the largest so far, below which its size changes nothing.
+const NEGLIGIBLE: f64 = 1e-9;
 /// Prior probability of two faults at once, all pairs together.
 const TWO_AT_ONCE: f64 = 0.02;
 
@@ -99,16 +97,18 @@ pub struct Diagnosis {
 
 /// A sum of exponentials with moments, whatever their size.
 #[derive(Debug, Clone)]
-struct Mixture {
-    largest: f64,
+pub(super) struct Mixture {
+    pub(super) largest: f64,
     total: f64,
+    /// What of `total` is in `mean` and `square`.
+    sized: f64,
     mean: f64,
     square: f64,
     /// Weight of each onset, tempered ([`ONSET_POWER`]).
     onsets: Vec<f64>,
     /// The largest likelihood ratio's logarithm, whatever the prior, with its profile.
-    highest: f64,
-    best: Option<Profile>,
+    pub(super) highest: f64,
+    pub(super) best: Option<Profile>,
 }
 
 impl Mixture {
@@ -116,6 +116,7 @@ impl Mixture {
         Self {
             largest: f64::NEG_INFINITY,
             total: 0.0,
+            sized: 0.0,
             mean: 0.0,
             square: 0.0,
             onsets: vec![0.0; edges],
@@ -128,8 +129,7 @@ impl Mixture {
         &mut self,
         (evidence, prior): (f64, f64),
         profile: &Profile,
-        magnitude: f64,
-        variance: f64,
+        size: impl FnOnce() -> (f64, f64),
     ) {
         if evidence > self.highest {
             self.highest = evidence;
@@ -139,9 +139,10 @@ impl Mixture {
         if logarithm > self.largest {
             let shrink = libm::exp(self.largest - logarithm);
             self.total *= shrink;
+            self.sized *= shrink;
             self.mean *= shrink;
             self.square *= shrink;
-            let tempered = libm::pow(shrink, ONSET_POWER);
+            let tempered = libm::exp(ONSET_POWER * (self.largest - logarithm));
             for onset in &mut self.onsets {
                 *onset *= tempered;
             }
@@ -149,14 +150,18 @@ impl Mixture {
         }
         let weight = libm::exp(logarithm - self.largest);
         self.total += weight;
-        self.mean += weight * magnitude;
-        self.square += weight * (magnitude * magnitude + variance);
+        if weight > NEGLIGIBLE {
+            let (magnitude, variance) = size();
+            self.sized += weight;
+            self.mean += weight * magnitude;
+            self.square += weight * (magnitude * magnitude + variance);
+        }
         if let Some(onset) = self.onsets.get_mut(profile.onset) {
-            *onset += prior * libm::pow(weight / prior, ONSET_POWER);
+            *onset += prior * libm::exp(ONSET_POWER * (evidence - self.largest));
         }
     }
 
-    fn logarithm(&self) -> f64 {
+    pub(super) fn logarithm(&self) -> f64 {
         self.largest + libm::log(self.total)
     }
 }
@@ -173,12 +178,9 @@ impl Core {
             for (place, mixture) in mixtures.iter_mut().enumerate() {
                 let found = score(&self.parts, &self.sums, place, &profile);
                 let evidence = self.evidence(place, &profile, found.squared);
-                let growth = profile.growth(&self.sums);
-                let hypothesis = self.parts.hypotheses.get(place);
-                let (size, slope) =
-                    hypothesis.map_or((0.0, 1.0), |own| own.size_of(growth * found.growth));
-                let variance = growth * growth * slope * slope * found.variance;
-                mixture.add((evidence, prior), &profile, size, variance);
+                mixture.add((evidence, prior), &profile, || {
+                    size(&self.parts, &self.sums, place, &profile, &found)
+                });
             }
         }
         let singles: Vec<f64> = mixtures.iter().map(Mixture::logarithm).collect();
@@ -237,7 +239,11 @@ impl Core {
     /// Profiles with their prior weights, which sum to 1: onsets even in time, half of the faults
     /// still growing, the others full since some time between the onset and now. Of the edges every
     /// `onsets`th may be an onset, every `ends`th an end of growth.
-    fn profiles(&self, onsets: usize, ends: usize) -> impl Iterator<Item = (Profile, f64)> + '_ {
+    pub(super) fn profiles(
+        &self,
+        onsets: usize,
+        ends: usize,
+    ) -> impl Iterator<Item = (Profile, f64)> + '_ {
         let edges = self.sums.len();
         let horizon = self.sums.age(edges.saturating_sub(1)).max(1.0);
         let places = (0..edges).step_by(onsets);
@@ -279,7 +285,7 @@ impl Core {
     }
 
     /// What directions that are a little off explain of what so many hypotheses leave.
-    fn off_direction(&self, hypotheses: f64, squared: f64, left: f64) -> f64 {
+    pub(super) fn off_direction(&self, hypotheses: f64, squared: f64, left: f64) -> f64 {
         let others = self.size() as f64 - hypotheses;
         if others < 1.0 {
             return 0.0;
@@ -307,7 +313,7 @@ impl Core {
                 (total - along).max(0.0)
             }
             HypothesisKind::Driven(drive) => {
-                let first = self.size() + drive * (self.size() + 2) + 2;
+                let first = DriveSums::of(self.size(), *drive).changes;
                 let unexplained = |i: usize| {
                     let explained = found.growth * profile.energy(sums, first + i);
                     profile.weighted(sums, i) - explained
@@ -318,9 +324,12 @@ impl Core {
     }
 
     fn describe(&self, mixture: &Mixture, probability: f64, delay: f64) -> Hypothesis {
-        let total = mixture.total.max(f64::MIN_POSITIVE);
+        let total = mixture.sized.max(f64::MIN_POSITIVE);
         let magnitude = mixture.mean / total;
-        let variance = (mixture.square / total - magnitude * magnitude).max(0.0);
+        // A direction that is off by so much of its length is off along itself by a part of that.
+        let tolerance = self.parts.options.direction_tolerance * magnitude;
+        let variance = (mixture.square / total - magnitude * magnitude).max(0.0)
+            + tolerance * tolerance / self.size().max(1) as f64;
         let half = QUANTILE * libm::sqrt(variance);
         // No finer than the blocks of the memory there.
         let age = |share: f64, blocks: f64| {
@@ -361,158 +370,4 @@ impl Core {
         let last = self.sums.len().saturating_sub(1);
         (self.sums.age(last), self.spacing(last, 1))
     }
-
-    /// For every pair of hypotheses the logarithm of its likelihood ratio: each fault at its best
-    /// profile beside the other's, found in turns.
-    fn pairs(&self, mixtures: &[Mixture]) -> Vec<(f64, Pair)> {
-        let count = self.parts.hypotheses.len();
-        let mut pairs = Vec::new();
-        for first in 0..count {
-            for second in first + 1..count {
-                let starts = (
-                    mixtures.get(first).and_then(|own| own.best),
-                    mixtures.get(second).and_then(|own| own.best),
-                );
-                let (Some(one), Some(two)) = starts else {
-                    continue;
-                };
-                // From the likelier of the two.
-                let weight = |place: usize| mixtures.get(place).map_or(0.0, |own| own.largest);
-                let (mut fixed, mut free) = if weight(first) >= weight(second) {
-                    ((first, one), (second, two))
-                } else {
-                    ((second, two), (first, one))
-                };
-                for _ in 0..3 {
-                    let mut found: Option<(f64, Profile)> = None;
-                    for (profile, prior) in self.profiles(PAIR_ONSETS, PAIR_ENDS) {
-                        let joint = self.joint(fixed, (free.0, profile));
-                        let value = 0.5 * joint.squared + libm::log(prior);
-                        if found.is_none_or(|(largest, _)| value > largest) {
-                            found = Some((value, profile));
-                        }
-                    }
-                    let Some((_, profile)) = found else {
-                        break;
-                    };
-                    free.1 = profile;
-                    core::mem::swap(&mut fixed, &mut free);
-                }
-                // After three turns the two have changed places three times.
-                let (last, other) = (fixed, free);
-                let sorted = if last.0 == first {
-                    (last, other)
-                } else {
-                    (other, last)
-                };
-                let joint = self.joint(sorted.0, sorted.1);
-                pairs.push((
-                    self.pair_evidence(first, second, joint.squared, mixtures),
-                    Pair {
-                        faults: [first, second],
-                        probability: 0.0,
-                        magnitudes: joint.magnitudes,
-                        ages: [
-                            self.sums.age(sorted.0.1.onset),
-                            self.sums.age(sorted.1.1.onset),
-                        ],
-                    },
-                ));
-            }
-        }
-        pairs
-    }
-
-    fn pair_evidence(&self, one: usize, two: usize, squared: f64, mixtures: &[Mixture]) -> f64 {
-        let shrink = 0.5 * PRIOR_SPREAD / (1.0 + PRIOR_SPREAD);
-        let cost = 0.5 * libm::log(1.0 + PRIOR_SPREAD);
-        // How much of the prior explains as much as the best profile does: as each alone.
-        let room = |place: usize| {
-            mixtures
-                .get(place)
-                .map_or(0.0, |own| own.logarithm() - own.highest)
-        };
-        // Nothing for what is left, but the same cost, so that pairs are not favoured.
-        let tolerance = self.off_direction(2.0, squared, 0.0);
-        shrink * squared - 2.0 * cost + room(one) + room(two) + tolerance
-    }
-
-    /// Two faults at once, fitted together.
-    fn joint(&self, one: (usize, Profile), two: (usize, Profile)) -> Joint {
-        let (a, b) = (
-            score(&self.parts, &self.sums, one.0, &one.1),
-            score(&self.parts, &self.sums, two.0, &two.1),
-        );
-        if a.variance <= 0.0 || b.variance <= 0.0 {
-            return Joint::default();
-        }
-        // In units of each one's own standard deviation.
-        let (za, zb) = (a.normalised, b.normalised);
-        let correlation = self.cross(one, two) / (a.deviation * b.deviation);
-        if correlation.abs() > MOST_ALIKE {
-            return Joint::default();
-        }
-        let determinant = 1.0 - correlation * correlation;
-        let (xa, xb) = (
-            (za - correlation * zb) / determinant,
-            (zb - correlation * za) / determinant,
-        );
-        let allowed = |place: usize, growth: f64| {
-            let hypothesis = self.parts.hypotheses.get(place);
-            growth >= 0.0 || hypothesis.is_some_and(|own| own.both_signs)
-        };
-        if !allowed(one.0, xa) || !allowed(two.0, xb) {
-            return Joint::default();
-        }
-        Joint {
-            squared: za * xa + zb * xb,
-            magnitudes: [
-                self.size_of(one, xa * libm::sqrt(a.variance)),
-                self.size_of(two, xb * libm::sqrt(b.variance)),
-            ],
-        }
-    }
-
-    /// The size now of a fault with this growth a sample.
-    fn size_of(&self, (place, profile): (usize, Profile), growth: f64) -> f64 {
-        let estimate = growth * profile.growth(&self.sums);
-        let hypothesis = self.parts.hypotheses.get(place);
-        hypothesis.map_or(estimate, |own| own.size_of(estimate).0)
-    }
-
-    /// How alike two faults are to the residuals: `sum f g psi_one' psi_two`.
-    fn cross(&self, one: (usize, Profile), two: (usize, Profile)) -> f64 {
-        let size = self.size();
-        let kinds = (
-            self.parts.hypotheses.get(one.0).map(|own| &own.kind),
-            self.parts.hypotheses.get(two.0).map(|own| &own.kind),
-        );
-        match kinds {
-            (Some(HypothesisKind::Direction(left)), Some(HypothesisKind::Direction(right))) => {
-                let onset = one.1.onset.max(two.1.onset);
-                let projected = level(&self.parts, &self.sums, onset)
-                    .and_then(|level| level.projected.get(two.0))
-                    .map_or(&right[..], |own| &own[..]);
-                let product: f64 = left.iter().zip(projected).map(|(l, r)| l * r).sum();
-                product * one.1.cross(&two.1, &self.sums, None)
-            }
-            (Some(HypothesisKind::Direction(direction)), Some(HypothesisKind::Driven(drive)))
-            | (Some(HypothesisKind::Driven(drive)), Some(HypothesisKind::Direction(direction))) => {
-                let first = size + drive * (size + 2) + 2;
-                let terms = direction.iter().enumerate();
-                terms
-                    .map(|(i, g)| g * one.1.cross(&two.1, &self.sums, Some(first + i)))
-                    .sum()
-            }
-            // Two inputs that move apart.
-            _ => 0.0,
-        }
-    }
-}
-
-/// What two faults explain together.
-#[derive(Debug, Clone, Copy, Default)]
-struct Joint {
-    squared: f64,
-    magnitudes: [f64; 2],
 }

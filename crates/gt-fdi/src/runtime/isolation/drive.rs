@@ -5,6 +5,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::joint_whitener::JointWhitener;
+use super::lag::LagFilter;
 use crate::runtime::{Generator, Update};
 
 /// What a [`Drive`] is made of.
@@ -18,8 +19,9 @@ pub(crate) struct DriveParts {
     pub(crate) sample_time_s: f64,
     /// Samples on either side of the one whose rate is taken.
     pub(crate) half_width: usize,
-    /// The lag round which the effect is linear, in seconds.
-    pub(crate) nominal_lag_s: f64,
+    /// The lags round which the effect is linear, in seconds: the nominal one, then those tried for
+    /// the size.
+    pub(crate) lags_s: Vec<f64>,
     /// The generators at the operating point 0.
     pub(crate) generators: Vec<Generator>,
     /// The whitener with mean 0.
@@ -42,8 +44,8 @@ pub(crate) struct Drive {
     filled: usize,
     /// Slope of a line: weight `k / slope_scale` for the sample `k` from the middle.
     slope_scale: f64,
-    pole: f64,
-    rate: f64,
+    /// Generators and whitening are linear, so a lag of the demand is a lag of what they answer.
+    lags: Vec<LagFilter>,
     u: Box<[f64]>,
     y: Box<[f64]>,
     residuals: Box<[f64]>,
@@ -55,19 +57,17 @@ impl Drive {
         let half = parts.half_width as f64;
         let squares = half * (half + 1.0) * (2.0 * half + 1.0) / 3.0;
         let slope_scale = if parts.half_width == 0 { 1.0 } else { squares };
-        let pole = if parts.nominal_lag_s > 0.0 {
-            libm::exp(-parts.sample_time_s / parts.nominal_lag_s)
-        } else {
-            0.0
-        };
+        let lags = parts.lags_s.iter();
+        let lags = lags
+            .map(|lag_s| LagFilter::new(*lag_s, parts.sample_time_s, outputs))
+            .collect();
         let length = (2 * parts.half_width + 1).max(2);
         Self {
             window: vec![0.0; length].into(),
             next: 0,
             filled: 0,
             slope_scale: slope_scale * parts.sample_time_s,
-            pole,
-            rate: 0.0,
+            lags,
             u: vec![0.0; parts.inputs].into(),
             y: vec![0.0; outputs].into(),
             residuals: vec![0.0; outputs].into(),
@@ -76,7 +76,7 @@ impl Drive {
     }
 
     /// Takes the input of a sample; an input that is missing starts it afresh.
-    pub(crate) fn step(&mut self, u: &[f64]) -> &[f64] {
+    pub(crate) fn step(&mut self, u: &[f64]) {
         let value = u.get(self.parts.input).copied().unwrap_or(f64::NAN);
         if !value.is_finite() {
             self.reset();
@@ -90,9 +90,8 @@ impl Drive {
         } else {
             0.0
         };
-        self.rate = self.pole * self.rate + (1.0 - self.pole) * slope;
         if let Some(place) = self.u.get_mut(self.parts.input) {
-            *place = self.rate;
+            *place = slope;
         }
         let mut first = 0;
         for generator in &mut self.parts.generators {
@@ -105,7 +104,15 @@ impl Drive {
             }
             first = own.end;
         }
-        self.parts.whitener.step(&self.residuals)
+        let white = self.parts.whitener.step(&self.residuals);
+        for lag in &mut self.lags {
+            lag.step(white);
+        }
+    }
+
+    /// The change round the lag of this number: 0 is the nominal one.
+    pub(crate) fn change(&self, lag: usize) -> &[f64] {
+        self.lags.get(lag).map_or(&[], LagFilter::state)
     }
 
     /// Slope in units of the input per second.
@@ -126,7 +133,10 @@ impl Drive {
     }
 
     pub(crate) fn reset(&mut self) {
-        (self.next, self.filled, self.rate) = (0, 0, 0.0);
+        (self.next, self.filled) = (0, 0);
+        for lag in &mut self.lags {
+            lag.reset();
+        }
         for generator in &mut self.parts.generators {
             generator.reset();
         }
