@@ -26,7 +26,11 @@ fn show(prepared: &Prepared) {
         println!("{remark}");
     }
     let isolator = &prepared.isolator;
-    println!("whitening of order {}", isolator.whitening().order());
+    println!(
+        "whitening of order {}, {} samples to settle",
+        isolator.whitening().order(),
+        isolator.settle_samples()
+    );
     let names = isolator.hypotheses().iter().map(|own| own.name.as_str());
     let limits = isolator.limits().iter().zip(isolator.mean_times());
     for (name, (limit, time)) in names.chain(["any direction"]).zip(limits) {

@@ -18,8 +18,8 @@ use crate::paper;
 
 /// Length of the identification record, in seconds.
 const IDENTIFICATION_S: f64 = 3600.0;
-/// Length of each healthy record, in seconds.
-const HEALTHY_S: f64 = 3600.0;
+/// Healthy records of equal length in an hour.
+const RECORDS_AN_HOUR: u64 = 2;
 /// Run indices: identification, faults of known course, healthy records.
 const IDENTIFICATION_INDEX: u64 = 0;
 const TEACHING_INDEX: u64 = 50;
@@ -104,23 +104,28 @@ impl Preparation {
     /// [`CampaignError`] when a run, the identification or the design fails.
     pub fn prepare(&self, setting: &Setting) -> Result<Prepared, CampaignError> {
         let healthy_run = |index: u64| (index, Vec::new());
-        let training = setting
-            .records(&[healthy_run(IDENTIFICATION_INDEX)], IDENTIFICATION_S)?
-            .remove(0);
         let noisy = setting.level != NoiseLevel::None;
-        let (generators, input_deviations, remarks) = if noisy {
-            noisy_generators(setting, &training)?
-        } else {
-            (
-                quiet_generators(setting, &training)?,
-                Vec::new(),
-                Vec::new(),
-            )
+        let models = || {
+            let training = setting
+                .records(&[healthy_run(IDENTIFICATION_INDEX)], IDENTIFICATION_S)?
+                .remove(0);
+            let models = if noisy {
+                noisy_generators(setting, &training)?
+            } else {
+                let generators = quiet_generators(setting, &training)?;
+                (generators, Vec::new(), Vec::new())
+            };
+            Ok::<_, CampaignError>((training, models))
         };
-        let runs: Vec<_> = (0..self.healthy_hours)
-            .map(|hour| healthy_run(HEALTHY_INDEX + hour))
-            .collect();
-        let healthy = setting.records(&runs, HEALTHY_S)?;
+        let healthy = || {
+            let runs: Vec<_> = (0..RECORDS_AN_HOUR * self.healthy_hours)
+                .map(|record| healthy_run(HEALTHY_INDEX + record))
+                .collect();
+            setting.records(&runs, 3600.0 / RECORDS_AN_HOUR as f64)
+        };
+        let (models, healthy) = rayon::join(models, healthy);
+        let (training, (generators, input_deviations, remarks)) = models?;
+        let healthy = healthy?;
         let whitening = IsolationDesign::whitening(&generators, &healthy).during("whitening")?;
         let faults = hypotheses(setting, &generators, &whitening, noisy)?;
         let mut design = IsolationDesign::new(faults)
@@ -134,13 +139,15 @@ impl Preparation {
         for (tag, deviation) in input_deviations {
             design = design.input_deviation(tag, deviation);
         }
-        let isolator = design
-            .calibrate(format!("{}", setting.map_set), generators, &healthy)
-            .during("isolator")?;
+        let name = setting.map_set.to_string();
+        let (isolator, scheme) = rayon::join(
+            || design.calibrate(name, generators, &healthy),
+            || PaperScheme::new(setting, &training, &healthy),
+        );
         Ok(Prepared {
-            scheme: PaperScheme::new(setting, &training, &healthy)?,
             setting: setting.clone(),
-            isolator,
+            isolator: isolator.during("isolator")?,
+            scheme: scheme?,
             remarks,
         })
     }

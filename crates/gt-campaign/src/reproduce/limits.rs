@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use gtfdi::fdi::{FaultEffect, Waveform, mean_delay_bound};
 use gtfdi::plant::{FaultCase, MapSet, NoiseLevel};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::error::{CampaignError, During as _};
@@ -39,6 +40,8 @@ pub enum Depth {
 struct Plan {
     healthy_hours: u64,
     runs: u64,
+    /// Whether the mean delays of ramps that go on are measured.
+    mean_delays: bool,
     settings: Vec<(MapSet, Ambient, NoiseLevel, u64)>,
 }
 
@@ -52,11 +55,13 @@ impl Depth {
             Self::Short => Plan {
                 healthy_hours: 8,
                 runs: 20,
+                mean_delays: false,
                 settings: vec![(Paper, Constant, None, 0), (Paper, Constant, Table8, 60)],
             },
             Self::Full => Plan {
                 healthy_hours: 16,
                 runs: 120,
+                mean_delays: true,
                 settings: vec![
                     (Paper, Constant, None, 300),
                     (Paper, Constant, Table8, 1000),
@@ -69,6 +74,69 @@ impl Depth {
                 ],
             },
         }
+    }
+}
+
+impl Plan {
+    /// The limits of all cases and delays, at the naming study's too where one follows, in order,
+    /// with the positions of their cases.
+    fn limits(
+        &self,
+        prepared: &Prepared,
+        with_naming: bool,
+    ) -> Result<Vec<(usize, f64, Level)>, CampaignError> {
+        let jobs: Vec<(usize, f64)> = (0..FaultCase::ALL.len())
+            .flat_map(|place| {
+                let mut times = delays(place);
+                if with_naming && !times.contains(&NAMING_S) {
+                    times.push(NAMING_S);
+                }
+                times.into_iter().map(move |delay_s| (place, delay_s))
+            })
+            .collect();
+        // Each batch alone would leave a core without work at its end.
+        jobs.into_par_iter()
+            .map(|(place, delay_s)| Ok((place, delay_s, self.limit(prepared, place, delay_s)?)))
+            .collect()
+    }
+
+    fn limit(
+        &self,
+        prepared: &Prepared,
+        place: usize,
+        delay_s: f64,
+    ) -> Result<Level, CampaignError> {
+        let setting = &prepared.setting;
+        let [guess, scheme_guess] = guesses(setting.level, place);
+        let search = |guess: f64| LimitSearch {
+            case: FaultCase::ALL[place],
+            delay_s,
+            guess,
+            largest: LARGEST[place],
+            runs: self.runs,
+            detection_probability: DETECTION_PROBABILITY,
+        };
+        let own = search(guess);
+        let limit = own.find(setting, &prepared.isolator)?;
+        let shown = delays(place).contains(&delay_s);
+        let scheme = if shown {
+            search(scheme_guess).find(setting, &prepared.scheme)?.size
+        } else {
+            f64::INFINITY
+        };
+        // The ramp goes on to three times the size.
+        let within = limit.size.is_finite() && 3.0 * limit.size <= LARGEST[place];
+        let mean_delay_s = if self.mean_delays && shown && within {
+            own.mean_delay_s(limit.size, setting, &prepared.isolator)?
+        } else {
+            None
+        };
+        Ok(Level {
+            delay_bound_s: delay_bound_s(prepared, place, limit.size / delay_s)?,
+            limit,
+            scheme,
+            mean_delay_s,
+        })
     }
 }
 
@@ -113,7 +181,7 @@ pub struct Table10Row {
     /// does not find the largest size searched.
     pub paper_scheme_percent: [Option<f64>; 3],
     /// The mean delay in seconds of the alarms of ramps that reach the three sizes within `delay_s`
-    /// and go on; null where a run has no alarm in three times that.
+    /// and go on; null where a run has no alarm in three times that, and with few runs.
     pub mean_delay_s: [Option<f64>; 3],
     /// The delay in seconds below which no detector of this fault's direction in white residuals
     /// comes (Neyman and Pearson) with a mean time of `arl0_h` between false alarms; null for a lag,
@@ -186,48 +254,20 @@ pub fn compute(seed: u64, depth: Depth, progress: &dyn Progress) -> Result<Limit
         let setting = Setting::new(map_set, level, ambient, seed)?;
         let prepared = preparation.prepare(&setting)?;
         let mut of_naming = [0.0; 4];
-        for (place, case) in FaultCase::ALL.into_iter().enumerate() {
-            let [guess, scheme_guess] = guesses(level, place);
-            let search = |delay_s: f64, guess: f64| LimitSearch {
-                case,
-                delay_s,
-                guess,
-                largest: LARGEST[place],
-                runs: plan.runs,
-                detection_probability: DETECTION_PROBABILITY,
-            };
-            for delay_s in delays(place) {
-                let own = search(delay_s, guess);
-                let limit = own.find(&setting, &prepared.isolator)?;
-                let scheme = search(delay_s, scheme_guess).find(&setting, &prepared.scheme)?;
-                let mean_delay_s = if limit.size.is_finite() && 3.0 * limit.size <= LARGEST[place] {
-                    own.mean_delay_s(limit.size, &setting, &prepared.isolator)?
-                } else {
-                    None
-                };
-                let delay_bound_s = delay_bound_s(&prepared, place, limit.size / delay_s)?;
-                of_naming[place] = if same(delay_s, NAMING_S) {
-                    limit.size
-                } else {
-                    of_naming[place]
-                };
-                let group = group(map_set, ambient);
-                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // seconds
-                let cell = found.entry((group, place, delay_s as u64)).or_default();
-                if level == NoiseLevel::Table8 {
-                    cell.effect = effect(&prepared, place);
-                }
-                cell.levels[column(level)] = Some(Level {
-                    limit,
-                    scheme: scheme.size,
-                    mean_delay_s,
-                    delay_bound_s,
-                });
+        for (place, delay_s, found_at) in plan.limits(&prepared, naming_runs > 0)? {
+            if same(delay_s, NAMING_S) {
+                of_naming[place] = found_at.limit.size;
             }
-            if naming_runs > 0 && !delays(place).contains(&NAMING_S) {
-                let limit = search(NAMING_S, guess).find(&setting, &prepared.isolator)?;
-                of_naming[place] = limit.size;
+            if !delays(place).contains(&delay_s) {
+                continue;
             }
+            let group = group(map_set, ambient);
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // seconds
+            let cell = found.entry((group, place, delay_s as u64)).or_default();
+            if level == NoiseLevel::Table8 {
+                cell.effect = effect(&prepared, place);
+            }
+            cell.levels[column(level)] = Some(found_at);
         }
         if naming_runs > 0 && of_naming.iter().all(|size| size.is_finite()) {
             let study = NamingStudy {
