@@ -21,6 +21,9 @@ __all__ = [
     "FrequencyResponse",
     "FrischOrderTable",
     "IndexTable",
+    "Isolation",
+    "IsolationMonitor",
+    "Isolator",
     "KalmanFilter",
     "Observer",
     "ObserverDesign",
@@ -39,6 +42,7 @@ __all__ = [
     "__version__",
     "arx",
     "design",
+    "design_isolator",
     "eiv",
     "eiv_order_table",
     "frisch",
@@ -819,6 +823,91 @@ class Detection:
     @property
     def share_above_limit(self) -> _Doubles: ...
 
+class _FaultHypothesis(TypedDict):
+    fault: str
+    unit: str
+    probability: float
+    magnitude: float
+    magnitude_interval: list[float]
+    onset_s: float
+    onset_interval_s: list[float]
+
+class _FaultPair(TypedDict):
+    faults: list[str]
+    probability: float
+    magnitudes: list[float]
+    onsets_s: list[float]
+
+class _Diagnosis(TypedDict):
+    diagnosed_s: float
+    finding: str
+    fault: str | None
+    unit: str | None
+    probability: float | None
+    onset_s: float | None
+    magnitude: float | None
+    hypotheses: list[_FaultHypothesis]
+    none_of_these: float
+    pair: _FaultPair | None
+
+class _IsolationAlarm(_Diagnosis):
+    time_s: float
+    end_s: float | None
+    tag: str
+    statistic: float
+    threshold: float
+    named_s: float | None
+
+@final
+class Isolation:
+    @property
+    def alarms(self) -> list[_IsolationAlarm]: ...
+    @property
+    def judged(self) -> int: ...
+    @property
+    def peaks(self) -> _Doubles: ...
+
+@final
+class IsolationMonitor:
+    def step(self, u: ArrayLike, y: ArrayLike, t_s: float | None = None) -> list[str]: ...
+    @property
+    def statistics(self) -> _Doubles: ...
+    @property
+    def alarm(self) -> bool: ...
+    @property
+    def settling(self) -> bool: ...
+    @property
+    def diagnosis(self) -> _Diagnosis | None: ...
+
+@final
+class Isolator:
+    @property
+    def name(self) -> str: ...
+    @property
+    def inputs(self) -> list[str]: ...
+    @property
+    def outputs(self) -> list[str]: ...
+    @property
+    def sample_time_s(self) -> float: ...
+    @property
+    def settle_samples(self) -> int: ...
+    @property
+    def hypotheses(self) -> list[dict[str, Any]]: ...
+    @property
+    def statistics(self) -> list[str]: ...
+    @property
+    def limits(self) -> _Doubles: ...
+    @property
+    def mean_times(self) -> list[_MeanTime]: ...
+    def detect(self, u: _Record, y: ArrayLike | None = None) -> Isolation: ...
+    def monitor(self) -> IsolationMonitor: ...
+    def save(self, path: _Path) -> None: ...
+    @classmethod
+    def load(cls, path: _Path) -> Isolator: ...
+    def to_json(self) -> str: ...
+    @classmethod
+    def from_json(cls, text: str) -> Isolator: ...
+
 @final
 class Bank:
     @property
@@ -1072,3 +1161,16 @@ def design(
     consecutive: int | None = None,
     in_sample: bool = False,
 ) -> Bank: ...
+def design_isolator(
+    model: ArxModel | EivModel,
+    healthy: Sequence[_Healthy],
+    faults: Sequence[Mapping[str, Any]],
+    *,
+    generator: str = "kalman",
+    poles: _Poles | Mapping[str, _Poles] | None = None,
+    arl0_h: float = 24.0,
+    confidence: float = 0.99,
+    longest_s: float = 600.0,
+    limiter: float | None = None,
+    half_width: int | None = None,
+) -> Isolator: ...

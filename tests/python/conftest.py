@@ -81,3 +81,55 @@ def mirrored(a, b, c, u):
     rest = np.zeros((200, u.shape[1]))
     u = np.vstack([u, rest, -u, rest])
     return u, free_response(a, b, c, u)
+
+
+class Tank:
+    """One state, three sensors, a valve: faults of known size, and an isolator that knows them."""
+
+    SAMPLE_TIME_S = 0.1
+    ONSET_S, RISE_S = 200.0, 60.0
+
+    def record(self, seed, samples, sensor=0.0, leak=0.0, lag_s=0.0):
+        """A record; ``sensor`` is an error of a, ``leak`` moves b and c, the valve lags its demand
+        by ``lag_s``; each grows evenly over a minute and stays."""
+        generator = np.random.default_rng(seed)
+        drive = generator.standard_normal(samples)
+        noise = 0.1 * generator.standard_normal((samples, 3))
+        growth = self.growth(samples)
+        u, y = np.zeros((samples, 1)), np.zeros((samples, 3))
+        demand = short = x = 0.0
+        for t in range(samples):
+            before, demand = demand, 0.97 * demand + drive[t]
+            lag = max(growth[t] * lag_s, 1e-9)
+            decay = np.exp(-self.SAMPLE_TIME_S / lag)
+            # What the valve is short of its held demand at the sample's start, and over it.
+            short = decay * short + demand - before
+            position = demand - short * lag * (1.0 - decay) / self.SAMPLE_TIME_S
+            u[t] = demand
+            y[t] = [x, 0.5 * x, -0.8 * x]
+            x = 0.95 * x + 0.05 * position
+        y += noise + growth[:, None] * np.array([sensor, leak, 0.7 * leak])
+        names = {"inputs": ["u"], "outputs": ["a", "b", "c"]}
+        return gtfdi.Dataset(u, y, self.SAMPLE_TIME_S, **names)
+
+    def growth(self, samples):
+        """The share of a fault's size at each sample."""
+        time_s = self.SAMPLE_TIME_S * np.arange(samples)
+        return np.clip((time_s - self.ONSET_S) / self.RISE_S, 0.0, 1.0)
+
+    def __init__(self):
+        self.model = gtfdi.eiv(self.record(1, 6000), order=1, nk=1)
+        self.healthy = [self.record(10 + seed, 30000) for seed in range(7)]
+        pair = (self.record(2, 4000), self.record(2, 4000, leak=2.0), 2.0 * self.growth(4000))
+        self.faults = [
+            {"name": "sensor a", "unit": "K", "both_signs": True, "changes": {"a": 1.0}},
+            {"name": "leak", "pairs": [pair]},
+            {"name": "valve", "actuator": "u", "nominal_s": 0.5},
+        ]
+        self.isolator = gtfdi.design_isolator(self.model, self.healthy, self.faults, arl0_h=2.0)
+
+
+@pytest.fixture(scope="session")
+def tank():
+    """A tank with its isolator."""
+    return Tank()

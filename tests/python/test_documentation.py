@@ -24,7 +24,7 @@ def documented():
 
 
 @pytest.mark.parametrize(("label", "text"), list(documented()), ids=lambda value: value.split()[0])
-def test_example_runs(label, text, healthy, model, tmp_path, monkeypatch):
+def test_example_runs(label, text, healthy, model, tank, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     record = healthy.measured.select(["a_v", "M_f"], ["q_c"])
     names = {
@@ -35,6 +35,8 @@ def test_example_runs(label, text, healthy, model, tmp_path, monkeypatch):
         "run": healthy,
         "model": model,
         "bank": gtfdi.design(model, [record], margin=1.5),
+        "isolator": tank.isolator,
+        "record": tank.record(98, 2000),
     }
     test = doctest.DocTestParser().get_doctest(inspect.cleandoc(text), names, label, None, 0)
     assert test.examples

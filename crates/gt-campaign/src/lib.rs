@@ -10,6 +10,7 @@ mod bank_design;
 pub mod campaign;
 mod error;
 pub mod isolation;
+mod isolator_design;
 pub mod paper;
 mod paper_models;
 mod progress;
@@ -21,6 +22,10 @@ pub use bank_design::{
     JOINT_TEST, Refusal, TestPlan, Watch, in_sample_optimism, kalman_generator, search_observers,
 };
 pub use error::CampaignError;
+pub use isolator_design::{
+    DescriptionError, FaultDescription, FaultDescriptions, IsolatorPlan, PairDescription,
+    PairRecords, joint_kalman_generator,
+};
 pub use progress::{Progress, Silent};
 pub use reproduce::tables;
 pub use reproduce::{Depth, Figure, Reproduction, reproduce};

@@ -49,7 +49,8 @@ pub use design::{Blend, ScheduleError, ScheduledGenerators, ScheduledPoint, Sche
 #[cfg(feature = "design")]
 pub use design::{
     EffectPair, FaultEffect, FaultHypothesis, IsolatingResiduals, IsolationAlarm, IsolationDesign,
-    IsolationDetector, IsolationEvent, IsolationMonitor, IsolationRun, Isolator,
+    IsolationDetector, IsolationEvent, IsolationMonitor, IsolationRun, Isolator, NamedAlarm,
+    NamedDiagnosis, NamedHypothesis, NamedPair,
 };
 #[cfg(feature = "design")]
 pub use design::{

@@ -4,8 +4,11 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use gt_core::{OperatingPoint, Signal, StateSpace};
-use gt_fdi::design::{Bank, ResidualGenerator, ResidualTest, ThresholdRule, calibrate};
+use gt_core::{Dataset, OperatingPoint, Signal, StateSpace};
+use gt_fdi::design::{
+    Bank, FaultEffect, FaultHypothesis, IsolationDesign, IsolationDetector, NoiseCovariance,
+    ResidualGenerator, ResidualTest, ThresholdRule, calibrate,
+};
 use gt_fdi::runtime::{
     AdaptiveThreshold, Cusum, CusumFleet, Detector, Fleet, Glr, GrowingChiSquare, GrowingVariance,
     Growth, MovingAverage, RunSum, ShiryaevRoberts, Sides, Sprt, Statistic, Waveform, Whiteness,
@@ -190,4 +193,106 @@ fn no_step_of_a_fleet_allocates() {
     }
     assert_eq!(COUNT.with(Cell::get) - before, 0);
     assert!(residuals[3].is_nan() && residuals[4].is_finite());
+}
+
+/// Numbers without visible order in -1 .. 1.
+fn scatter(state: &mut u64) -> f64 {
+    *state = state
+        .wrapping_mul(6_364_136_223_846_793_005)
+        .wrapping_add(1);
+    (*state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+}
+
+/// A record of a lag of one second with two sensors, of which one drifts by `size` at the end.
+#[allow(clippy::unwrap_used)] // part of the test below
+fn scattered(seed: u64, len: usize, size: f64) -> Dataset {
+    let mut state = seed;
+    let (mut u, mut y) = (DMatrix::zeros(1, len), DMatrix::zeros(2, len));
+    let (mut demand, mut x) = (0.0, 0.0);
+    for t in 0..len {
+        demand = 0.9 * demand + scatter(&mut state);
+        u[(0, t)] = demand;
+        y[(0, t)] = x + 0.1 * scatter(&mut state) + size * t as f64 / len as f64;
+        y[(1, t)] = 0.5 * x + 0.1 * scatter(&mut state);
+        x = 0.9 * x + 0.1 * demand;
+    }
+    let (inputs, outputs) = (Signal::named(&["u"]), Signal::named(&["p", "q"]));
+    Dataset::new(inputs, outputs, u, y, 0.1).unwrap()
+}
+
+#[test]
+#[allow(clippy::unwrap_used)] // a test
+fn no_step_of_an_isolator_allocates() {
+    let matrices = [
+        DMatrix::from_element(1, 1, 0.9),
+        DMatrix::from_element(1, 1, 0.1),
+        DMatrix::from_column_slice(2, 1, &[1.0, 0.5]),
+        DMatrix::zeros(2, 1),
+    ];
+    let (inputs, outputs) = (Signal::named(&["u"]), Signal::named(&["p", "q"]));
+    let model = StateSpace::new(matrices, 0.1, inputs, outputs).unwrap();
+    let noise = NoiseCovariance::new(
+        &DMatrix::from_element(1, 1, 1e-6),
+        &(DMatrix::identity(2, 2) * 0.003),
+        &DMatrix::zeros(1, 2),
+    )
+    .unwrap();
+    let filter = ResidualGenerator::kalman(model, OperatingPoint::zero(1, 2), noise).unwrap();
+    let fault = |name: &str, effect: FaultEffect| FaultHypothesis {
+        name: name.to_owned(),
+        unit: String::new(),
+        both_signs: true,
+        effect,
+    };
+    let faults = vec![
+        fault(
+            "p",
+            FaultEffect::Outputs {
+                changes: [("p".to_owned(), 1.0)].into(),
+                delay_s: 0.0,
+            },
+        ),
+        fault(
+            "valve",
+            FaultEffect::ActuatorLag {
+                input: "u".to_owned(),
+                nominal_s: 0.3,
+                gain: 1.0,
+            },
+        ),
+    ];
+    let healthy: Vec<Dataset> = (1..7).map(|seed| scattered(seed, 30_000, 0.0)).collect();
+    let isolator = IsolationDesign::new(faults)
+        .arl0_hours(0.2)
+        .half_width(2)
+        .calibrate("two", vec![filter], &healthy)
+        .unwrap();
+    let mut detector = IsolationDetector::new(&isolator).unwrap();
+    let record = scattered(9, 20_000, 1.0);
+    let (mut alarms, mut errors) = (0_usize, 0_usize);
+
+    let before = COUNT.with(Cell::get);
+    for k in 0..record.len() {
+        // A gap of a second half way.
+        let t = 0.1 * k as f64 + if k > 10_000 { 1.0 } else { 0.0 };
+        let (u, y) = (record.u().column(k), record.y().column(k));
+        let y = match k % 5000 {
+            600..620 => [f64::NAN, y[1]],
+            700 => [1e308, -1e308],
+            _ => [y[0], y[1]],
+        };
+        match detector.step(t, u.as_slice(), &y) {
+            Ok(verdict) => alarms += usize::from(verdict.new_alarm),
+            Err(_) => errors += 1,
+        }
+        errors += usize::from(detector.step(t, u.as_slice(), &y).is_err());
+        if k == 15_000 {
+            detector.reset();
+        }
+    }
+    let allocated = COUNT.with(Cell::get) - before;
+
+    assert_eq!(allocated, 0);
+    // One alarm before the gap, one after it, one after the reset.
+    assert!(alarms >= 2 && errors == 20_000, "{alarms} {errors}");
 }

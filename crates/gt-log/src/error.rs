@@ -412,6 +412,15 @@ pub enum LogError {
         cause: String,
     },
 
+    /// A record that does not fit the detector whose verdicts are written.
+    #[error("{}: could not write the verdicts: {cause}", path.display())]
+    Unfit {
+        /// The file.
+        path: PathBuf,
+        /// What does not fit.
+        cause: String,
+    },
+
     /// The log could not be written.
     #[error("{}: could not write the log: {cause}", path.display())]
     Write {

@@ -5,8 +5,9 @@
 //!   same bytes, whatever the path, the clock and the number of threads.
 //! - [`read_dataset`] reads `.csv` and `.mcap` into a [`gt_core::Dataset`]; [`columns`] lists what
 //!   there is to select; [`info`] says what a log holds.
-//! - [`write_run`] and [`write_verdicts`] are the logs of a simulated run (`/plant/measured`,
-//!   `/plant/truth`, `/plant/faults`) and of a bank's verdicts; each says what its topics hold.
+//! - [`write_run`], [`write_verdicts`] and [`write_diagnoses`] are the logs of a simulated run
+//!   (`/plant/measured`, `/plant/truth`, `/plant/faults`), of a bank's verdicts and of an isolator's;
+//!   each says what its topics hold.
 //! - [`read_json`] and [`write_json`] are model and bank files; [`ModelFile`] is what is in one.
 //!
 //! Every file appears under its name only when it is whole: it is written as `NAME.part` and
@@ -14,6 +15,7 @@
 
 mod atomic;
 mod build_info;
+mod diagnosis_log;
 mod error;
 mod import;
 mod info;
@@ -32,6 +34,7 @@ mod writer;
 
 pub use atomic::write_atomically;
 pub use build_info::{BuildInfo, build_info};
+pub use diagnosis_log::write_diagnoses;
 pub use error::{CellProblem, LogError, Place};
 pub use import::{DEFAULT_TOPIC, Imported, Selection, TimeGap, Warning, columns, read_dataset};
 pub use info::{AttachmentInfo, ChunkInfo, LogInfo, MetadataInfo, TopicInfo, info};

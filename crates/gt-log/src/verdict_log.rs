@@ -9,24 +9,26 @@ use serde::Serialize;
 use crate::{EPOCH_NS, LogError, LogWriter, RunMetadata, sample_time_ns};
 
 /// Thresholds are repeated this often, so that a reader who starts in the middle finds them.
-const THRESHOLD_PERIOD_S: f64 = 60.0;
+pub(crate) const THRESHOLD_PERIOD_S: f64 = 60.0;
 /// Severity of an alarm (1 to 1000 after OPC 10000-9); thresholds alone do not grade it.
-const SEVERITY: u16 = 500;
+pub(crate) const SEVERITY: u16 = 500;
 
 /// A change of an alarm's state, as it stands in `/alarms`.
 #[derive(Serialize)]
-struct AlarmEvent<'a> {
-    source: &'a str,
-    state: &'static str,
-    severity: u16,
-    onset_s: f64,
-    residual: f64,
-    statistic: f64,
-    limit: f64,
+pub(crate) struct AlarmEvent<'a> {
+    pub(crate) source: &'a str,
+    pub(crate) state: &'static str,
+    pub(crate) severity: u16,
+    pub(crate) onset_s: f64,
+    /// None of a statistic of many residuals.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) residual: Option<f64>,
+    pub(crate) statistic: f64,
+    pub(crate) limit: f64,
 }
 
 /// The JSON Schema of an [`AlarmEvent`].
-fn alarm_schema() -> serde_json::Value {
+pub(crate) fn alarm_schema() -> serde_json::Value {
     serde_json::json!({
         "type": "object",
         "properties": {
@@ -115,7 +117,7 @@ pub fn write_verdicts(
                 state,
                 severity: SEVERITY,
                 onset_s: alarm.onset_s.unwrap_or(alarm.first_exceedance_s),
-                residual: alarm.residual,
+                residual: Some(alarm.residual),
                 statistic: alarm.statistic,
                 limit: alarm.threshold,
             };

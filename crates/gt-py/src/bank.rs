@@ -275,14 +275,14 @@ pub enum Model<'py> {
 }
 
 impl Model<'_> {
-    fn noise(&self) -> Option<&EivModel> {
+    pub fn noise(&self) -> Option<&EivModel> {
         match self {
             Self::Arx(_) => None,
             Self::Eiv(model) => Some(&model.get().inner),
         }
     }
 
-    fn equations(&self) -> &ArxModel {
+    pub fn equations(&self) -> &ArxModel {
         match self {
             Self::Arx(model) => &model.get().inner,
             Self::Eiv(model) => model.get().inner.relation(),
@@ -346,6 +346,79 @@ fn word<T: Copy>(
             found: text.to_owned(),
         }
     })
+}
+
+/// Which generators: observers or, `true`, Kalman filters.
+pub fn is_kalman(generator: &str) -> Result<bool, Failure> {
+    word(
+        "generator",
+        generator,
+        &[("observer", false), ("kalman", true)],
+    )
+}
+
+/// Refuses poles that no generator takes.
+pub fn check_poles(
+    model: &ArxModel,
+    kalman: bool,
+    poles: Option<&Placement>,
+) -> Result<(), Failure> {
+    if kalman && poles.is_some() {
+        return Err(Failure::Option {
+            option: "poles",
+            expected: "none with the generator kalman, which chooses its own".to_owned(),
+            found: "some".to_owned(),
+        });
+    }
+    if let Some(Placement::ByTag(by_tag)) = poles {
+        for tag in by_tag.keys() {
+            index_of(model.outputs(), tag)?;
+        }
+    }
+    Ok(())
+}
+
+/// Records with the channels of a model.
+pub fn known_records(
+    model: &ArxModel,
+    records: &[Bound<'_, PyAny>],
+) -> Result<Vec<Dataset>, Failure> {
+    let known = |record: &Bound<'_, PyAny>| {
+        let given = Given::new(record, None)?;
+        let data = given.known(model.inputs(), model.outputs(), model.sample_time_s())?;
+        Ok(Arc::unwrap_or_clone(data))
+    };
+    records.iter().map(known).collect()
+}
+
+/// A generator for each output of a model.
+pub fn generators(
+    model: &ArxModel,
+    noise: Option<&EivModel>,
+    kalman: bool,
+    poles: Option<&Placement>,
+) -> Result<Vec<ResidualGenerator>, Failure> {
+    let mut generators = Vec::with_capacity(model.outputs().len());
+    for (index, output) in model.outputs().iter().enumerate() {
+        let part = model.output_model(index)?;
+        if kalman {
+            generators.push(kalman_generator(model, noise, index, part)?);
+            continue;
+        }
+        let nx = part.model.nx();
+        let places = match poles {
+            Some(Placement::Common(poles)) => Some(poles),
+            Some(Placement::ByTag(by_tag)) => by_tag.get(&output.name),
+            None => None,
+        };
+        let places = places.map_or_else(
+            || vec![Complex::from(paper::default_pole(&output.name)); nx],
+            |poles| poles.of(nx),
+        );
+        let observer = ResidualGenerator::observer_complex(part.model, part.point, &places)?;
+        generators.push(observer);
+    }
+    Ok(generators)
 }
 
 /// Designs a bank: a residual generator for each output of a model, and tests on their residuals
@@ -435,11 +508,7 @@ pub fn design(
     consecutive: Option<usize>,
     in_sample: bool,
 ) -> Result<PyBank, Failure> {
-    let kalman = word(
-        "generator",
-        generator,
-        &[("observer", false), ("kalman", true)],
-    )?;
+    let kalman = is_kalman(generator)?;
     let name = word("statistic", statistic, &StatisticName::ALL)?;
     let waveforms = [("ramp", Waveform::Ramp), ("step", Waveform::Step)];
     let choice = StatisticChoice {
@@ -464,48 +533,11 @@ pub fn design(
         rule: rule(exceedance, margin, arl0_h, consecutive, name)?,
         watch: word("watch", watch, &watches)?,
     };
-    if kalman && poles.is_some() {
-        return Err(Failure::Option {
-            option: "poles",
-            expected: "none with the generator kalman, which chooses its own".to_owned(),
-            found: "some".to_owned(),
-        });
-    }
     let (noise, model) = (model.noise(), model.equations());
-    if let Some(Placement::ByTag(by_tag)) = &poles {
-        for tag in by_tag.keys() {
-            index_of(model.outputs(), tag)?;
-        }
-    }
-    let healthy: Vec<Dataset> = healthy
-        .iter()
-        .map(|record| {
-            let given = Given::new(record, None)?;
-            let data = given.known(model.inputs(), model.outputs(), model.sample_time_s())?;
-            Ok(Arc::unwrap_or_clone(data))
-        })
-        .collect::<Result<_, Failure>>()?;
+    check_poles(model, kalman, poles.as_ref())?;
+    let healthy = known_records(model, &healthy)?;
     let inner = py.detach(|| -> Result<Bank, Failure> {
-        let mut generators = Vec::with_capacity(model.outputs().len());
-        for (index, output) in model.outputs().iter().enumerate() {
-            let part = model.output_model(index)?;
-            if kalman {
-                generators.push(kalman_generator(model, noise, index, part)?);
-                continue;
-            }
-            let nx = part.model.nx();
-            let places = match &poles {
-                Some(Placement::Common(poles)) => Some(poles),
-                Some(Placement::ByTag(by_tag)) => by_tag.get(&output.name),
-                None => None,
-            };
-            let places = places.map_or_else(
-                || vec![Complex::from(paper::default_pole(&output.name)); nx],
-                |poles| poles.of(nx),
-            );
-            let observer = ResidualGenerator::observer_complex(part.model, part.point, &places)?;
-            generators.push(observer);
-        }
+        let generators = generators(model, noise, kalman, poles.as_ref())?;
         let in_sample = vec![in_sample; healthy.len()];
         let tests = plan
             .tests(model, &generators, &healthy, &in_sample)

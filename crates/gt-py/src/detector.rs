@@ -10,6 +10,7 @@ use pyo3::prelude::*;
 use crate::array::{json_text, json_value, table_out, vector};
 use crate::error::Failure;
 use crate::record::Given;
+use crate::sample_clock::SampleClock;
 
 /// The online detector of a bank; ``Bank.detector`` makes one.
 ///
@@ -19,8 +20,7 @@ use crate::record::Given;
 pub struct PyDetector {
     inner: Detector,
     tests: Arc<[String]>,
-    /// Time of the first sample since the time was last given, and the samples since then.
-    clock: Option<(f64, usize)>,
+    clock: SampleClock,
 }
 
 impl PyDetector {
@@ -29,21 +29,8 @@ impl PyDetector {
         Self {
             inner,
             tests,
-            clock: None,
+            clock: SampleClock::default(),
         }
-    }
-
-    /// The time of the next sample: as given, or a sample time after the one before, or 0.
-    fn next_clock(&self, given_s: Option<f64>) -> (f64, usize) {
-        match (given_s, self.clock) {
-            (Some(t_s), _) => (t_s, 0),
-            (None, Some((start_s, count))) => (start_s, count + 1),
-            (None, None) => (0.0, 0),
-        }
-    }
-
-    fn time_s(&self, (start_s, count): (f64, usize)) -> f64 {
-        start_s + count as f64 * self.inner.sample_time_s()
     }
 }
 
@@ -95,7 +82,7 @@ impl PyDetector {
     fn resume(&mut self, state: &str) -> Result<(), Failure> {
         let state: DetectorState = json_value("state", state)?;
         self.inner.resume(&state)?;
-        self.clock = state.last_time_s().map(|time_s| (time_s, 0));
+        self.clock = SampleClock::at(state.last_time_s());
         Ok(())
     }
 
@@ -131,10 +118,10 @@ impl PyDetector {
         t_s: Option<f64>,
     ) -> Result<PyVerdict, Failure> {
         let (u, y) = (vector(u, "u")?, vector(y, "y")?);
-        let clock = self.next_clock(t_s);
-        let t_s = self.time_s(clock);
+        let clock = self.clock.next(t_s);
+        let t_s = clock.time_s(self.inner.sample_time_s());
         let verdict = self.inner.step(t_s, u.as_slice(), y.as_slice())?.clone();
-        self.clock = Some(clock);
+        self.clock = clock;
         Ok(PyVerdict {
             inner: verdict,
             tests: Arc::clone(&self.tests),
@@ -181,14 +168,14 @@ impl PyDetector {
             let samples = data.u().column_iter().zip(data.y().column_iter());
             for (k, (u, y)) in samples.enumerate() {
                 let clock = match (record, k, t_s) {
-                    (true, ..) => (data.time_s(k), 0),
-                    (false, 0, given_s) => self.next_clock(given_s),
-                    (false, ..) => self.next_clock(None),
+                    (true, ..) => SampleClock::at(Some(data.time_s(k))),
+                    (false, 0, given_s) => self.clock.next(given_s),
+                    (false, ..) => self.clock.next(None),
                 };
-                let t_s = self.time_s(clock);
+                let t_s = clock.time_s(self.inner.sample_time_s());
                 let (u, y) = (u.clone_owned(), y.clone_owned());
                 verdicts.push(self.inner.step(t_s, u.as_slice(), y.as_slice())?.clone());
-                self.clock = Some(clock);
+                self.clock = clock;
             }
             Ok(())
         })?;
@@ -201,7 +188,7 @@ impl PyDetector {
     /// Forgets all samples: the next one may have any time, and every generator settles again.
     fn reset(&mut self) {
         self.inner.reset();
-        self.clock = None;
+        self.clock = SampleClock::default();
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use gt_campaign::CampaignError;
 use gt_log::LogError;
 use gtfdi::core::{DataError, DimensionError, ModelError};
 use gtfdi::fdi::{FdiError, ResumeError, StepError};
@@ -52,6 +53,25 @@ pub enum Failure {
         /// What the keys should be.
         cause: toml::de::Error,
     },
+    /// A fault's description has other keys or values than there are.
+    #[error("faults, entry {index}: {cause}")]
+    Description {
+        /// 0-based position in the list.
+        index: usize,
+        /// What is wrong.
+        cause: String,
+    },
+    /// The effect of a fault cannot be used or learned.
+    #[error("fault `{name}`: {source}")]
+    Effect {
+        /// The fault.
+        name: String,
+        /// Why not.
+        source: FdiError,
+    },
+    /// A model has no generator for all its outputs.
+    #[error(transparent)]
+    Campaign(#[from] CampaignError),
     /// The noise of a scenario has other keys or values than there are.
     #[error("noise: {cause}")]
     Noise {
@@ -156,7 +176,7 @@ impl Failure {
             }
             Self::Ident(_) => ("IdentError", None),
             Self::Step(_) | Self::Resume(_) | Self::Fdi(FdiError::Step(_)) => ("StepError", None),
-            Self::Fdi(_) => ("DesignError", None),
+            Self::Fdi(_) | Self::Effect { .. } | Self::Campaign(_) => ("DesignError", None),
             Self::Plant(_)
             | Self::Fault { .. }
             | Self::Noise { .. }
@@ -167,7 +187,9 @@ impl Failure {
                 ("LogError", None)
             }
             Self::NotNumbers { .. } => ("ArrayTypeError", None),
-            Self::Option { .. } | Self::Refusal { .. } => ("OptionError", None),
+            Self::Option { .. } | Self::Refusal { .. } | Self::Description { .. } => {
+                ("OptionError", None)
+            }
             Self::Python(_) => ("GtfdiError", None),
         }
     }

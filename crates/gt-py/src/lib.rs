@@ -33,6 +33,8 @@ mod free_run;
 mod frequency_response;
 mod frisch_order_table;
 mod index_table;
+mod isolation_monitor;
+mod isolator;
 mod kalman;
 mod observer;
 mod observer_design;
@@ -46,6 +48,7 @@ mod pole_zero;
 mod poles;
 mod record;
 mod residual_report;
+mod sample_clock;
 mod scenario;
 mod scheduled_arx;
 mod scheduled_model;
@@ -87,6 +90,10 @@ mod _gtfdi {
     use crate::frisch_order_table::{PyFrischOrderTable, py_frisch_order_table};
     #[pymodule_export]
     use crate::index_table::{PyIndexTable, py_index_table};
+    #[pymodule_export]
+    use crate::isolation_monitor::PyIsolationMonitor;
+    #[pymodule_export]
+    use crate::isolator::{PyIsolation, PyIsolator, design_isolator};
     #[pymodule_export]
     use crate::kalman::{PyKalmanFilter, kalman};
     #[pymodule_export]

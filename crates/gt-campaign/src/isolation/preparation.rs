@@ -3,7 +3,7 @@
 use gtfdi::core::Dataset;
 use gtfdi::fdi::{
     EffectPair, FaultEffect, FaultHypothesis, FdiError, IsolationDesign, IsolationDetector,
-    Isolator, JointWhitening, NoiseCovariance, ResidualGenerator,
+    Isolator, JointWhitening, ResidualGenerator,
 };
 use gtfdi::ident::eiv::EivIdentification;
 use gtfdi::ident::{Arx, OrderChoice, OrderKind};
@@ -14,12 +14,13 @@ use super::limit::Watcher;
 use super::paper_scheme::PaperScheme;
 use super::setting::Setting;
 use crate::error::{CampaignError, During as _};
+use crate::isolator_design::joint_kalman_generator;
 use crate::paper;
 
 /// Length of the identification record, in seconds.
 const IDENTIFICATION_S: f64 = 3600.0;
 /// Healthy records of equal length in an hour.
-const RECORDS_AN_HOUR: u64 = 2;
+const RECORDS_AN_HOUR: u64 = 1;
 /// Run indices: identification, faults of known course, healthy records.
 const IDENTIFICATION_INDEX: u64 = 0;
 const TEACHING_INDEX: u64 = 50;
@@ -191,19 +192,11 @@ fn noisy_generators(setting: &Setting, training: &Dataset) -> Result<Noisy, Camp
         .nk(vec![0; setting.inputs().len()])
         .identify(training)
         .during(what)?;
-    let relation = identified.model.relation();
-    let model = relation.state_space().during(what)?;
-    let variances = |channels: &[gtfdi::ident::eiv::ChannelNoise]| -> Vec<f64> {
-        channels.iter().map(|channel| channel.variance).collect()
-    };
-    let inputs = variances(identified.model.input_noise());
-    let outputs = variances(identified.model.output_noise());
-    let noise = NoiseCovariance::errors_in_variables(&model, &inputs, &outputs).during(what)?;
-    let point = relation.operating_point().clone();
-    let filter = ResidualGenerator::kalman(model, point, noise).during(what)?;
+    let filter = joint_kalman_generator(&identified.model)?;
     let tags = setting.inputs().into_iter().map(str::to_owned);
+    let noise = identified.model.input_noise().iter();
     let deviations = tags
-        .zip(inputs.iter().map(|variance| variance.sqrt()))
+        .zip(noise.map(|channel| channel.variance.sqrt()))
         .collect();
     let remarks = identified.remarks.iter().map(ToString::to_string).collect();
     Ok((vec![filter], deviations, remarks))

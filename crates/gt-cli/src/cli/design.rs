@@ -95,6 +95,29 @@ Example: gtfdi design --model model.json --healthy healthy.mcap --poles 0.7 --ma
 --statistic glr --arl0 24h --out bank.json
          gtfdi design --model model.json --healthy h1.mcap,h2.mcap --faulty f1.mcap \
 --validate-faulty f2.mcap --out bank.json
+         gtfdi design --model eiv.json --healthy h1.mcap,h2.mcap --generator kalman --arl0 24h \
+--faults faults.toml --out isolator.json
+
+A file of faults has a table for each, by what one unit of it changes in the outputs at held inputs, \
+by the actuator that grows slow, or by pairs of records that show it:
+
+  [[fault]]
+  name = \"exhaust thermocouple\"
+  unit = \"K\"
+  both_signs = true
+  changes = { t3 = 1.0 }
+
+  [[fault]]
+  name = \"fuel valve\"
+  actuator = \"M_f\"
+
+  [[fault]]
+  name = \"compressor fouling\"
+  unit = \"%\"
+  [[fault.pair]]
+  healthy = \"clean.mcap\"
+  faulty = \"fouled.mcap\"
+  course = [[60, 0.0], [120, 2.0]]  # seconds, size
 
 Poles are chosen by pairs of records of the same run without and with a fault, such as simulate \
 gives with the same --seed without and with --faults: the records of --faulty pair with the first of \
@@ -215,6 +238,35 @@ pub struct DesignArgs {
     /// Samples in a row above the limit that make an alarm [default: 6 with --exceedance, else 1]
     #[arg(long, env = "GTFDI_CONSECUTIVE", value_name = "N", value_parser = count())]
     pub consecutive: Option<usize>,
+    /// Faults to tell apart, a TOML file: writes an isolator, which names faults, instead of a bank;
+    /// with an errors-in-variables model and --generator kalman one filter serves all outputs
+    #[arg(long, env = "GTFDI_FAULTS", value_name = "FAULTS.toml")]
+    pub faults: Option<PathBuf>,
+    /// Probability from which on a fault is named [default: 0.99]
+    #[arg(
+        long,
+        env = "GTFDI_CONFIDENCE",
+        value_name = "P",
+        allow_negative_numbers = true
+    )]
+    pub confidence: Option<f64>,
+    /// How far back the onset of a fault is looked for, such as 10min [default: 600s]
+    #[arg(
+        long,
+        env = "GTFDI_LONGEST",
+        value_name = "TIME",
+        allow_hyphen_values = true
+    )]
+    pub longest: Option<String>,
+    /// Robust standard deviations beyond which a burst of a residual is cut: lower, to 2.5, where
+    /// model errors at movements rule, not noise [default: 4]
+    #[arg(
+        long,
+        env = "GTFDI_LIMITER",
+        value_name = "SIGMAS",
+        allow_negative_numbers = true
+    )]
+    pub limiter: Option<f64>,
     /// The bank file to write
     #[arg(long, env = "GTFDI_OUT", value_name = "BANK.json")]
     pub out: Option<PathBuf>,

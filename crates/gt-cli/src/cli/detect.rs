@@ -26,7 +26,7 @@ pub struct DetectArgs {
     /// The record, .csv or .mcap
     #[arg(value_name = "DATA")]
     pub data: Option<PathBuf>,
-    /// Bank file written by design
+    /// Bank or isolator written by design; an isolator, of design --faults, names the fault
     #[arg(long, env = "GTFDI_BANK", value_name = "BANK.json")]
     pub bank: Option<PathBuf>,
     /// How the record is read.

@@ -13,6 +13,7 @@ mod constraint;
 mod errors_in_variables;
 mod fit_option;
 mod identify;
+mod isolation_road;
 mod maps;
 mod model_check;
 mod model_show;

@@ -14,6 +14,10 @@ const SAMPLES_A_COEFFICIENT: usize = 4;
 /// would otherwise be predicted to the last digit, and whatever those digits do would be a fault.
 const NOISE_FLOOR: f64 = 1e-6;
 
+/// Samples that count for the order at most: beyond, the criterion finds colour that is certain and
+/// changes nothing, and every order more is one more way for directions to turn.
+const MOST_COUNTED: usize = 100_000;
+
 /// How `m` residuals become white together, with unit covariance, while the plant is healthy:
 /// `v(t) = W (e(t) + A_1 e(t-1) + ... + A_p e(t-p))` with `e = r - mean`, a vector autoregression.
 ///
@@ -97,7 +101,8 @@ impl TryFrom<Unchecked> for JointWhitening {
 
 impl JointWhitening {
     /// The whitening of healthy residuals: a matrix (m x N) a record, a column a sample. The order
-    /// is the one that the Bayesian information criterion chooses, up to [`MAX_WHITENING_ORDER`];
+    /// is the one that the Bayesian information criterion chooses, up to [`MAX_WHITENING_ORDER`], as
+    /// if there were no more than 100 000 samples;
     /// the coefficients solve the Yule-Walker equations over all records (Whittle's recursion,
     /// *Biometrika* 50, 1963), so that the whitening can be undone stably.
     ///
@@ -284,7 +289,8 @@ fn autoregression(
     samples: usize,
 ) -> Option<(Vec<DMatrix<f64>>, DMatrix<f64>)> {
     let size = covariances[0].nrows();
-    let penalty = (size * size) as f64 * (samples as f64).ln() / samples as f64;
+    let counted = samples.min(MOST_COUNTED) as f64;
+    let penalty = (size * size) as f64 * counted.ln() / counted;
     let (mut forward, mut backward): (Vec<DMatrix<f64>>, Vec<DMatrix<f64>>) = (vec![], vec![]);
     let (mut ahead, mut behind) = (covariances[0].clone(), covariances[0].clone());
     let mut best = (log_determinant(&ahead)?, Vec::new(), ahead.clone());

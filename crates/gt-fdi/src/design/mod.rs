@@ -65,6 +65,7 @@ pub use isolating_residuals::IsolatingResiduals;
 pub use isolation::{
     EffectPair, FaultEffect, FaultHypothesis, ISOLATION_SCHEMA_VERSION, IsolationAlarm,
     IsolationDesign, IsolationDetector, IsolationEvent, IsolationMonitor, IsolationRun, Isolator,
+    NamedAlarm, NamedDiagnosis, NamedHypothesis, NamedPair,
 };
 pub use joint_whitening::JointWhitening;
 pub use kalman::{FilterRun, KalmanFilter};

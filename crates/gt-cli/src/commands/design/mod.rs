@@ -1,6 +1,7 @@
 //! `gtfdi design`: a model and healthy records to a bank of generators and tests.
 
 mod generators;
+mod isolator;
 mod optimisation;
 mod poles;
 mod report;
@@ -39,7 +40,7 @@ fn rule(args: &DesignArgs) -> Result<ThresholdRule, Failure> {
             consecutive: given(6),
         },
         (None, Some(time)) => ThresholdRule::MeanTimeBetweenFalseAlarms {
-            hours: parse_hours(time)?,
+            hours: parse_time_hours("arl0", time)?,
             consecutive: given(1),
         },
         (None, None) => args.margin.map_or_else(
@@ -81,8 +82,8 @@ fn plan(args: &DesignArgs) -> Result<TestPlan, Failure> {
     })
 }
 
-/// A time span such as `24h`, `30min`, `90s` or `2d`, in hours.
-fn parse_hours(text: &str) -> Result<f64, Failure> {
+/// The time span of an option, such as `24h`, `30min`, `90s` or `2d`, in hours.
+fn parse_time_hours(option: &str, text: &str) -> Result<f64, Failure> {
     let units = [
         ("min", 1.0 / 60.0),
         ("h", 1.0),
@@ -97,7 +98,7 @@ fn parse_hours(text: &str) -> Result<f64, Failure> {
         })
         .ok_or_else(|| {
             Failure::input(format!(
-                "--arl0: expected a positive time such as 24h, 30min or 90s, found `{text}`"
+                "--{option}: expected a positive time such as 24h, 30min or 90s, found `{text}`"
             ))
         })
 }
@@ -169,10 +170,20 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
             "--poles: expected with --generator observer, found kalman, which chooses its own",
         ));
     }
+    match &args.faults {
+        Some(_) => isolator::refuse_others(&args)?,
+        None => isolator::refuse_own(&args)?,
+    }
     let search = search(&args, generator)?;
     let plan = plan(&args)?;
     let faulty_paths = search::paths(&args);
-    let inputs = [&[model_path.as_path()], &healthy_paths[..], &faulty_paths];
+    let faults: Vec<&Path> = args.faults.iter().map(PathBuf::as_path).collect();
+    let inputs = [
+        &[model_path.as_path()],
+        &healthy_paths[..],
+        &faulty_paths,
+        &faults,
+    ];
     check_out(out, &inputs.concat())?;
     let file = read_json::<ModelFile>(model_path).map_err(Failure::input)?;
     let noise = file.eiv().map_err(|e| Failure::in_file(model_path, e))?;
@@ -180,6 +191,19 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     let wishes = args.poles.clone().unwrap_or_default();
     check_tags(&wishes, model.outputs(), model_path)?;
 
+    if let Some(faults_path) = &args.faults {
+        let work = isolator::Work {
+            args: &args,
+            global,
+            file: &file,
+            noise: noise.as_ref(),
+            model_path,
+            healthy_paths: &healthy_paths,
+            faults_path,
+            out,
+        };
+        return work.run();
+    }
     let Healthy {
         records: healthy,
         in_sample,
@@ -324,12 +348,12 @@ mod tests {
     #[test]
     fn spans_of_time_carry_their_unit() {
         for (text, hours) in [("24h", 24.0), ("30min", 0.5), ("90 s", 0.025), ("2d", 48.0)] {
-            let found = parse_hours(text).expect(text);
+            let found = parse_time_hours("arl0", text).expect(text);
             // One product and one quotient by 60 or 3600.
             assert!((found - hours).abs() < 1e-15 * hours, "{text}: {found}");
         }
         for bad in ["24", "h", "-1h", "0h", "nanh", "1 fortnight"] {
-            assert!(parse_hours(bad).is_err(), "{bad} accepted");
+            assert!(parse_time_hours("arl0", bad).is_err(), "{bad} accepted");
         }
     }
 }

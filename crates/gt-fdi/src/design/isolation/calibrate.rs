@@ -63,7 +63,7 @@ impl IsolationDesign {
 
     /// Robust standard deviations beyond which a burst of a whitened residual is cut: 2.5 for
     /// residuals that are mostly model errors, 4 and more for normal noise. What an actuator's lag
-    /// does comes in bursts too, so that a low limiter makes large lags look smaller.
+    /// does comes in bursts too: it is judged by residuals as they are.
     #[must_use]
     pub fn limiter(mut self, deviations: f64) -> Self {
         self.limiter = deviations;

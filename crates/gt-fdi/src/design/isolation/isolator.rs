@@ -80,7 +80,7 @@ pub(super) struct DriveNoise {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct LagNoise {
-    /// Healthy mean of the agreement with residuals whose bursts are not cut.
+    /// Healthy mean of the agreement with the residuals.
     pub(super) offset: f64,
     /// Energy of the drive's own noise, a sample.
     pub(super) floor: f64,

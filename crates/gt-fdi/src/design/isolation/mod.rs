@@ -7,6 +7,7 @@ mod effect;
 mod isolator;
 mod linear;
 mod monitor;
+mod named;
 mod run;
 mod wander;
 
@@ -15,4 +16,5 @@ pub use detector::IsolationDetector;
 pub use effect::{EffectPair, FaultEffect, FaultHypothesis};
 pub use isolator::{ISOLATION_SCHEMA_VERSION, Isolator};
 pub use monitor::{IsolationEvent, IsolationMonitor};
+pub use named::{NamedAlarm, NamedDiagnosis, NamedHypothesis, NamedPair};
 pub use run::{IsolationAlarm, IsolationRun};

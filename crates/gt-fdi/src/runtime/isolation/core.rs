@@ -12,7 +12,7 @@ use super::joint_whitener::JointWhitener;
 use super::lag::{LAGS, LagParts};
 use super::memory::Memory;
 use super::profile::Profile;
-use super::score::score;
+use super::score::{level, score};
 use super::suffix::Suffixes;
 use crate::runtime::{Generator, Update};
 
@@ -255,15 +255,13 @@ impl Core {
             for (to, from) in changes.iter_mut().zip(change) {
                 *to = shown(*from);
             }
-            // The nominal lag with bursts cut, then all others with the residuals as they are.
-            let mut residuals = &*own;
+            // With the residuals as they are: what a lag does comes in bursts.
             for (lag, pair) in places.chunks_exact_mut(2).enumerate() {
                 let change = drive.change(lag);
                 if let [agreement, energy] = pair {
-                    *agreement = shown(dot(residuals, change));
+                    *agreement = shown(dot(whole, change));
                     *energy = shown(dot(change, change));
                 }
-                residuals = whole;
             }
         }
         true
@@ -282,8 +280,9 @@ impl Core {
                 onset: edge,
                 full: None,
             };
+            let level = level(&self.parts, &self.sums, edge);
             for (place, best) in best.iter_mut().enumerate() {
-                let half = 0.5 * score(&self.parts, &self.sums, place, &profile).squared;
+                let half = 0.5 * score(&self.parts, &self.sums, place, &profile, level).squared;
                 *best = best.max(half);
             }
         }
@@ -360,12 +359,13 @@ impl Core {
             for (i, value) in values.iter_mut().enumerate() {
                 *value = profile.weighted(&self.sums, i) / root;
             }
-            let level = self.sums.level(edge);
-            visit(level, count, &values);
+            let index = self.sums.level(edge);
+            visit(index, count, &values);
             for (place, hypothesis) in self.parts.hypotheses.iter().enumerate() {
                 if matches!(hypothesis.kind, HypothesisKind::Driven(_)) {
-                    let squared = score(&self.parts, &self.sums, place, &profile).squared;
-                    visit(level, place, &[libm::sqrt(squared)]);
+                    let own = level(&self.parts, &self.sums, edge);
+                    let squared = score(&self.parts, &self.sums, place, &profile, own).squared;
+                    visit(index, place, &[libm::sqrt(squared)]);
                 }
             }
         }
@@ -384,8 +384,8 @@ fn signals(size: usize, drives: usize) -> usize {
 }
 
 /// Where the memory has what a drive says: the changes (m) it would make round its nominal lag,
-/// their agreement with the residuals and their energy, then for each of [`LAGS`] the agreement with
-/// residuals whose bursts are not cut, and the energy.
+/// their agreement with the residuals, bursts not cut, and their energy, then agreement and energy
+/// for each of [`LAGS`].
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DriveSums {
     pub(crate) changes: usize,

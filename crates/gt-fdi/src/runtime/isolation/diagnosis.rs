@@ -5,9 +5,9 @@ use alloc::vec::Vec;
 
 use serde::Serialize;
 
-use super::core::{Core, DriveSums, HypothesisKind, SHORTEST};
+use super::core::{Core, DriveSums, HypothesisKind, LevelParts, SHORTEST};
 use super::profile::Profile;
-use super::score::{level, score, size};
+use super::score::{Score, level, score, size};
 
 /// Share of the profiles, before any evidence, that still grow.
 const STILL_GROWING: f64 = 0.5;
@@ -24,6 +24,8 @@ const ONSET_POWER: f64 = 0.4;
 const NONE_OF_THESE: f64 = 0.05;
 /// Weight of a profile, beside the largest so far, below which its size changes nothing.
 const NEGLIGIBLE: f64 = 1e-9;
+/// Probability below which the onsets of a hypothesis are not weighed.
+const UNLIKELY: f64 = 1e-3;
 /// Prior probability of two faults at once, all pairs together.
 const TWO_AT_ONCE: f64 = 0.02;
 
@@ -104,22 +106,19 @@ pub(super) struct Mixture {
     sized: f64,
     mean: f64,
     square: f64,
-    /// Weight of each onset, tempered ([`ONSET_POWER`]).
-    onsets: Vec<f64>,
     /// The largest likelihood ratio's logarithm, whatever the prior, with its profile.
     pub(super) highest: f64,
     pub(super) best: Option<Profile>,
 }
 
 impl Mixture {
-    fn new(edges: usize) -> Self {
+    fn new() -> Self {
         Self {
             largest: f64::NEG_INFINITY,
             total: 0.0,
             sized: 0.0,
             mean: 0.0,
             square: 0.0,
-            onsets: vec![0.0; edges],
             highest: f64::NEG_INFINITY,
             best: None,
         }
@@ -142,10 +141,6 @@ impl Mixture {
             self.sized *= shrink;
             self.mean *= shrink;
             self.square *= shrink;
-            let tempered = libm::exp(ONSET_POWER * (self.largest - logarithm));
-            for onset in &mut self.onsets {
-                *onset *= tempered;
-            }
             self.largest = logarithm;
         }
         let weight = libm::exp(logarithm - self.largest);
@@ -156,13 +151,40 @@ impl Mixture {
             self.mean += weight * magnitude;
             self.square += weight * (magnitude * magnitude + variance);
         }
-        if let Some(onset) = self.onsets.get_mut(profile.onset) {
-            *onset += prior * libm::exp(ONSET_POWER * (evidence - self.largest));
-        }
     }
 
     pub(super) fn logarithm(&self) -> f64 {
         self.largest + libm::log(self.total)
+    }
+}
+
+/// How likely each onset is, if it is one fault.
+#[derive(Debug, Clone)]
+struct Onsets {
+    largest: f64,
+    weights: Vec<f64>,
+}
+
+impl Onsets {
+    fn new(edges: usize) -> Self {
+        Self {
+            largest: f64::NEG_INFINITY,
+            weights: vec![0.0; edges],
+        }
+    }
+
+    fn add(&mut self, evidence: f64, prior: f64, onset: usize) {
+        let tempered = ONSET_POWER * evidence;
+        if tempered > self.largest {
+            let shrink = libm::exp(self.largest - tempered);
+            for weight in &mut self.weights {
+                *weight *= shrink;
+            }
+            self.largest = tempered;
+        }
+        if let Some(weight) = self.weights.get_mut(onset) {
+            *weight += prior * libm::exp(tempered - self.largest);
+        }
     }
 }
 
@@ -171,13 +193,13 @@ impl Core {
     /// and end of growth, with a prior over them and over sizes.
     pub(crate) fn diagnose(&mut self) -> Diagnosis {
         self.refresh();
-        let edges = self.sums.len();
         let count = self.parts.hypotheses.len();
-        let mut mixtures = vec![Mixture::new(edges); count + 1];
+        let mut mixtures = vec![Mixture::new(); count + 1];
         for (profile, prior) in self.profiles(1, 1) {
             for (place, mixture) in mixtures.iter_mut().enumerate() {
-                let found = score(&self.parts, &self.sums, place, &profile);
-                let evidence = self.evidence(place, &profile, found.squared);
+                let level = level(&self.parts, &self.sums, profile.onset);
+                let found = score(&self.parts, &self.sums, place, &profile, level);
+                let evidence = self.evidence(place, &profile, &found, level);
                 mixture.add((evidence, prior), &profile, || {
                     size(&self.parts, &self.sums, place, &profile, &found)
                 });
@@ -200,9 +222,9 @@ impl Core {
             .iter()
             .take(count)
             .zip(&singles)
-            .zip(&self.parts.hypotheses)
-            .map(|((mixture, logarithm), parts)| {
-                self.describe(mixture, probability(*logarithm), parts.delay)
+            .enumerate()
+            .map(|(place, (mixture, logarithm))| {
+                self.describe(place, mixture, probability(*logarithm))
             })
             .collect();
         let none_of_these = singles.last().map_or(0.0, |own| probability(*own));
@@ -273,15 +295,22 @@ impl Core {
     }
 
     /// The logarithm of the likelihood ratio of a hypothesis, with its size integrated out, and with
-    /// a direction that may be a little off.
-    fn evidence(&self, place: usize, profile: &Profile, squared: f64) -> f64 {
+    /// a direction that may be a little off; as residuals wander at `level`.
+    fn evidence(
+        &self,
+        place: usize,
+        profile: &Profile,
+        found: &Score,
+        level: Option<&LevelParts>,
+    ) -> f64 {
         let shrink = 0.5 * PRIOR_SPREAD / (1.0 + PRIOR_SPREAD);
         let cost = 0.5 * libm::log(1.0 + PRIOR_SPREAD);
         let size = self.size() as f64;
         if place >= self.parts.hypotheses.len() {
-            return shrink * squared - size * cost + libm::log(NONE_OF_THESE);
+            return shrink * found.squared - size * cost + libm::log(NONE_OF_THESE);
         }
-        shrink * squared - cost + self.off_direction(1.0, squared, self.left(place, profile))
+        let left = self.left(place, profile, found, level);
+        shrink * found.squared - cost + self.off_direction(1.0, found.squared, left)
     }
 
     /// What directions that are a little off explain of what so many hypotheses leave.
@@ -296,15 +325,17 @@ impl Core {
     }
 
     /// Square of the normalised change in any direction that a hypothesis leaves unexplained.
-    fn left(&self, place: usize, profile: &Profile) -> f64 {
+    fn left(
+        &self,
+        place: usize,
+        profile: &Profile,
+        found: &Score,
+        level: Option<&LevelParts>,
+    ) -> f64 {
         let sums = &self.sums;
-        let (Some(hypothesis), Some(level)) = (
-            self.parts.hypotheses.get(place),
-            level(&self.parts, sums, profile.onset),
-        ) else {
+        let (Some(hypothesis), Some(level)) = (self.parts.hypotheses.get(place), level) else {
             return 0.0;
         };
-        let found = score(&self.parts, sums, place, profile);
         let own = profile.own_energy(sums);
         match &hypothesis.kind {
             HypothesisKind::Direction(_) => {
@@ -323,7 +354,39 @@ impl Core {
         }
     }
 
-    fn describe(&self, mixture: &Mixture, probability: f64, delay: f64) -> Hypothesis {
+    /// The onsets of a hypothesis. All of them are weighed by how residuals wander over times like
+    /// that since the likeliest: a per cent that one level of the memory has too little wander by
+    /// would draw all onsets to it.
+    fn onsets(&self, place: usize, mixture: &Mixture) -> Onsets {
+        let mut onsets = Onsets::new(self.sums.len());
+        let Some(best) = mixture.best else {
+            return onsets;
+        };
+        let level = level(&self.parts, &self.sums, best.onset);
+        for (profile, prior) in self.profiles(1, 1) {
+            let found = score(&self.parts, &self.sums, place, &profile, level);
+            let evidence = self.evidence(place, &profile, &found, level);
+            onsets.add(evidence, prior, profile.onset);
+        }
+        onsets
+    }
+
+    fn describe(&self, place: usize, mixture: &Mixture, probability: f64) -> Hypothesis {
+        let delay = self
+            .parts
+            .hypotheses
+            .get(place)
+            .map_or(0.0, |own| own.delay);
+        let onsets = if probability >= UNLIKELY {
+            self.onsets(place, mixture)
+        } else {
+            // Nobody asks since when it is not this one.
+            let mut onsets = Onsets::new(self.sums.len());
+            if let Some(best) = mixture.best {
+                onsets.add(0.0, 1.0, best.onset);
+            }
+            onsets
+        };
         let total = mixture.sized.max(f64::MIN_POSITIVE);
         let magnitude = mixture.mean / total;
         // A direction that is off by so much of its length is off along itself by a part of that.
@@ -333,7 +396,7 @@ impl Core {
         let half = QUANTILE * libm::sqrt(variance);
         // No finer than the blocks of the memory there.
         let age = |share: f64, blocks: f64| {
-            let (age, block) = self.age_at(mixture, share);
+            let (age, block) = self.age_at(&onsets.weights, share);
             (age + delay + blocks * block).max(0.0)
         };
         Hypothesis {
@@ -349,10 +412,10 @@ impl Core {
 
     /// The age below which a share of the onsets lies, and the length of the block there; an edge
     /// stands for the time half way to its neighbours.
-    fn age_at(&self, mixture: &Mixture, share: f64) -> (f64, f64) {
-        let wanted = share * mixture.onsets.iter().sum::<f64>();
+    fn age_at(&self, weights: &[f64], share: f64) -> (f64, f64) {
+        let wanted = share * weights.iter().sum::<f64>();
         let mut before = 0.0;
-        for (edge, weight) in mixture.onsets.iter().enumerate() {
+        for (edge, weight) in weights.iter().enumerate() {
             if before + weight >= wanted && *weight > 0.0 {
                 let own = self.sums.age(edge);
                 let younger = edge.checked_sub(1).map_or(own, |edge| self.sums.age(edge));

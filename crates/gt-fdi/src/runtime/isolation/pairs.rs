@@ -91,10 +91,11 @@ impl Core {
 
     /// Two faults at once, fitted together.
     fn joint(&self, one: (usize, Profile), two: (usize, Profile)) -> Joint {
-        let (a, b) = (
-            score(&self.parts, &self.sums, one.0, &one.1),
-            score(&self.parts, &self.sums, two.0, &two.1),
-        );
+        let alone = |(place, profile): (usize, Profile)| {
+            let level = level(&self.parts, &self.sums, profile.onset);
+            score(&self.parts, &self.sums, place, &profile, level)
+        };
+        let (a, b) = (alone(one), alone(two));
         if a.variance <= 0.0 || b.variance <= 0.0 {
             return Joint::default();
         }

@@ -55,9 +55,16 @@ pub(super) fn level<'a>(
     levels.get(sums.level(onset)).or(levels.last())
 }
 
-/// The score of the hypothesis at `place`; after the last one, of a change in any direction.
-pub(super) fn score(parts: &CoreParts, sums: &Suffixes, place: usize, profile: &Profile) -> Score {
-    let Some(level) = level(parts, sums, profile.onset) else {
+/// The score of the hypothesis at `place`, as residuals wander at `level`; after the last one, of a
+/// change in any direction.
+pub(super) fn score(
+    parts: &CoreParts,
+    sums: &Suffixes,
+    place: usize,
+    profile: &Profile,
+    level: Option<&LevelParts>,
+) -> Score {
+    let Some(level) = level else {
         return Score::default();
     };
     let Some(hypothesis) = parts.hypotheses.get(place) else {

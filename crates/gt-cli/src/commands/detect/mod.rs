@@ -1,9 +1,11 @@
-//! `gtfdi detect`: a bank over a record.
+//! `gtfdi detect`: a bank or an isolator over a record.
+
+mod isolator;
 
 use std::path::Path;
 
 use gt_log::{RunMetadata, read_json, write_verdicts};
-use gtfdi::fdi::{Alarm, Bank, FalseAlarmRate, MeanTime, StatisticKind};
+use gtfdi::fdi::{Alarm, Bank, FalseAlarmRate, Isolator, MeanTime, StatisticKind};
 use serde::Serialize;
 
 use super::SCHEMA_VERSION;
@@ -72,8 +74,22 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     if let Some(out) = &args.out {
         check_out(out, &[path, bank_path])?;
     }
-    let bank: Bank = read_json(bank_path).map_err(Failure::input)?;
     let rows = args.rows.as_ref().map(|rows| rows.0.clone());
+    if is_isolator(bank_path)? {
+        let isolator: Isolator = read_json(bank_path).map_err(Failure::input)?;
+        let (inputs, outputs) = (isolator.inputs(), isolator.outputs());
+        let wanted = selection(inputs, outputs, &args.reading, rows);
+        let Read { imported, warnings } =
+            read_for(path, &wanted, bank_path, isolator.sample_time_s())?;
+        let report = isolator::detect(&isolator, path, &imported, warnings, args.out.as_deref())?;
+        if global.json {
+            print_json(&report)?;
+        } else {
+            print(&isolator::text(&report))?;
+        }
+        return Ok(outcome(&args, !report.alarms.is_empty()));
+    }
+    let bank: Bank = read_json(bank_path).map_err(Failure::input)?;
     let wanted = selection(bank.inputs(), bank.outputs(), &args.reading, rows);
     let Read {
         imported,
@@ -134,10 +150,21 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     } else {
         print(&text(&report))?;
     }
+    Ok(outcome(&args, !run.alarms.is_empty()))
+}
+
+/// How the verb ends.
+fn outcome(args: &DetectArgs, alarm: bool) -> Outcome {
     match args.fail_on {
-        Some(FailOn::Alarm) if !run.alarms.is_empty() => Ok(Outcome::Found),
-        _ => Ok(Outcome::Done),
+        Some(FailOn::Alarm) if alarm => Outcome::Found,
+        _ => Outcome::Done,
     }
+}
+
+/// Whether a file is that of an isolator rather than of a bank.
+fn is_isolator(path: &Path) -> Result<bool, Failure> {
+    let document: serde_json::Value = read_json(path).map_err(Failure::input)?;
+    Ok(document.get("fields").is_some())
 }
 
 /// What to say of an output that was judged on fewer samples than the record holds after the first

@@ -1,0 +1,32 @@
+//! The times of samples that come without one.
+
+/// Time of the first sample since the time was last given, and the samples since then.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SampleClock {
+    since: Option<(f64, usize)>,
+}
+
+impl SampleClock {
+    /// A clock whose last sample was at `time_s`, if there was one.
+    pub fn at(time_s: Option<f64>) -> Self {
+        Self {
+            since: time_s.map(|time_s| (time_s, 0)),
+        }
+    }
+
+    /// The clock at the next sample: as given, or a sample time after the one before, or 0.
+    pub fn next(self, given_s: Option<f64>) -> Self {
+        let since = match (given_s, self.since) {
+            (Some(t_s), _) => (t_s, 0),
+            (None, Some((start_s, count))) => (start_s, count + 1),
+            (None, None) => (0.0, 0),
+        };
+        Self { since: Some(since) }
+    }
+
+    /// The time of the last sample in seconds.
+    pub fn time_s(self, sample_time_s: f64) -> f64 {
+        let (start_s, count) = self.since.unwrap_or((0.0, 0));
+        start_s + count as f64 * sample_time_s
+    }
+}
