@@ -11,6 +11,7 @@ use gtfdi::ident::eiv::EivModel;
 use serde::Serialize;
 
 use super::generators::{chosen, parts};
+use super::report::promised;
 use super::{Healthy, parse_time_hours, read_healthy, refused};
 use crate::Outcome;
 use crate::cli::{DesignArgs, GeneratorKind, GlobalArgs, Statistic};
@@ -300,12 +301,6 @@ fn unsupported(isolator: &Isolator) -> impl Iterator<Item = String> {
 }
 
 fn text(report: &Report) -> String {
-    let promise = |own: &MeanTime| {
-        let interval = own.hours_low.zip(own.hours_high);
-        let interval = interval
-            .map(|(low, high)| format!(" ({} .. {})", number(Some(low)), number(Some(high))));
-        format!("{}{}", number(own.hours), interval.unwrap_or_default())
-    };
     let mut rows: Vec<Vec<String>> = report
         .faults
         .iter()
@@ -325,7 +320,7 @@ fn text(report: &Report) -> String {
                 fault.unit.to_owned(),
                 what,
                 number(Some(fault.limit)),
-                promise(&fault.mean_time_between_false_alarms),
+                promised(&fault.mean_time_between_false_alarms),
             ]
         })
         .collect();
@@ -334,7 +329,7 @@ fn text(report: &Report) -> String {
         String::new(),
         String::new(),
         number(Some(report.any_direction_limit)),
-        promise(&report.any_direction_mean_time),
+        promised(&report.any_direction_mean_time),
     ]);
     format!(
         "{}: {} faults, limits from {} healthy records\n{}",

@@ -102,6 +102,19 @@ pub fn unsupported(test: &ResidualTest) -> Option<String> {
     ))
 }
 
+/// The hours between false alarms that healthy records promise, with their interval.
+pub fn promised(time: &MeanTime) -> String {
+    let interval = || {
+        Some(format!(
+            "{} ({} .. {})",
+            number(Some(time.hours?)),
+            number(Some(time.hours_low?)),
+            number(Some(time.hours_high?))
+        ))
+    };
+    interval().unwrap_or_else(|| "-".to_owned())
+}
+
 /// The result for people.
 pub fn text(report: &Report) -> String {
     let rows: Vec<Vec<String>> = report
@@ -110,14 +123,6 @@ pub fn text(report: &Report) -> String {
         .map(|test| {
             let rate = &test.false_alarms_cross_validated;
             let promise = test.mean_time_between_false_alarms;
-            let promise = promise.and_then(|time| {
-                Some(format!(
-                    "{} ({} .. {})",
-                    number(Some(time.hours?)),
-                    number(Some(time.hours_low?)),
-                    number(Some(time.hours_high?))
-                ))
-            });
             vec![
                 test.output.to_owned(),
                 number(Some(test.limit)),
@@ -130,7 +135,7 @@ pub fn text(report: &Report) -> String {
                     number(Some(rate.per_hour_low)),
                     number(Some(rate.per_hour_high))
                 ),
-                promise.unwrap_or_else(|| "-".to_owned()),
+                promise.map_or_else(|| "-".to_owned(), |time| promised(&time)),
             ]
         })
         .collect();
