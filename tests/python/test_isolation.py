@@ -1,5 +1,6 @@
 """Isolators: which fault, since when, how large."""
 
+import json
 import pickle
 
 import numpy as np
@@ -64,6 +65,23 @@ def test_samples_one_by_one_find_what_the_record_does(tank):
     assert monitor.statistics.shape == (4,)
     with pytest.raises(gtfdi.StepError):
         monitor.step([0.0], [0.0])
+
+
+def test_a_saved_state_goes_on_bit_for_bit(tank):
+    record = tank.record(3, 4000, leak=0.06)
+    first, second = tank.isolator.monitor(), tank.isolator.monitor()
+    for k in range(3000):
+        first.step(record.u[k], record.y[k])
+    second.resume(first.state())
+    for k in range(3000, len(record)):
+        sample = record.u[k], record.y[k]
+        assert first.step(*sample) == second.step(*sample)
+        np.testing.assert_array_equal(first.statistics, second.statistics)
+    assert first.diagnosis == second.diagnosis
+    state = json.loads(first.state())
+    state["detector"]["fingerprint"] += 1
+    with pytest.raises(gtfdi.StepError, match="found that of another"):
+        second.resume(json.dumps(state))
 
 
 def test_files_and_pickles_keep_every_bit(tank, tmp_path):

@@ -49,8 +49,8 @@ pub use design::{Blend, ScheduleError, ScheduledGenerators, ScheduledPoint, Sche
 #[cfg(feature = "design")]
 pub use design::{
     EffectPair, FaultEffect, FaultHypothesis, IsolatingResiduals, IsolationAlarm, IsolationDesign,
-    IsolationDetector, IsolationEvent, IsolationMonitor, IsolationRun, Isolator, NamedAlarm,
-    NamedDiagnosis, NamedHypothesis, NamedPair,
+    IsolationDetector, IsolationEvent, IsolationMonitor, IsolationRun, IsolationState, Isolator,
+    MonitorState, NamedAlarm, NamedDiagnosis, NamedHypothesis, NamedPair,
 };
 #[cfg(feature = "design")]
 pub use design::{

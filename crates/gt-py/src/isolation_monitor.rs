@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use gtfdi::fdi::{IsolationEvent, IsolationMonitor, Isolator};
+use gtfdi::fdi::{IsolationEvent, IsolationMonitor, Isolator, MonitorState};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use crate::array::{json_out, vector};
+use crate::array::{json_out, json_text, json_value, vector};
 use crate::error::Failure;
 use crate::sample_clock::SampleClock;
 
@@ -76,6 +76,25 @@ impl PyIsolationMonitor {
             IsolationEvent::End { .. } => "end",
         });
         Ok(words.collect())
+    }
+
+    /// All that the monitor remembers, as JSON for ``resume``.
+    fn state(&self) -> Result<String, Failure> {
+        json_text("state", &self.inner.state())
+    }
+
+    /// Goes on from the ``state`` of a monitor of the same isolator, bit for bit; an alarm that was
+    /// up is not raised again.
+    ///
+    /// Raises
+    /// ------
+    /// StepError
+    ///     The state is not one of this isolator; the monitor is then as it was.
+    fn resume(&mut self, state: &str) -> Result<(), Failure> {
+        let state: MonitorState = json_value("state", state)?;
+        self.inner.resume(&state)?;
+        self.clock = SampleClock::at(state.last_time_s());
+        Ok(())
     }
 
     /// The statistics after the last sample, an array in the order of ``Isolator.statistics``.

@@ -64,8 +64,8 @@ pub use innovation::Innovation;
 pub use isolating_residuals::IsolatingResiduals;
 pub use isolation::{
     EffectPair, FaultEffect, FaultHypothesis, ISOLATION_SCHEMA_VERSION, IsolationAlarm,
-    IsolationDesign, IsolationDetector, IsolationEvent, IsolationMonitor, IsolationRun, Isolator,
-    NamedAlarm, NamedDiagnosis, NamedHypothesis, NamedPair,
+    IsolationDesign, IsolationDetector, IsolationEvent, IsolationMonitor, IsolationRun,
+    IsolationState, Isolator, MonitorState, NamedAlarm, NamedDiagnosis, NamedHypothesis, NamedPair,
 };
 pub use joint_whitening::JointWhitening;
 pub use kalman::{FilterRun, KalmanFilter};

@@ -27,7 +27,7 @@ impl DetectorState {
 }
 
 /// Why a detector cannot go on from a state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum ResumeError {
     /// The state is that of another bank: other tags, models, whitening or limits.
     #[error("state of the detector: expected that of this bank, found that of another")]
@@ -41,6 +41,14 @@ pub enum ResumeError {
         expected: usize,
         /// Those of the state.
         found: usize,
+    },
+    /// A number is NaN or infinite.
+    #[error("state of the detector, number {index}: expected a finite number, found {found}")]
+    NotFinite {
+        /// 0-based position.
+        index: usize,
+        /// The number found.
+        found: f64,
     },
     /// The time of the last sample is NaN or infinite.
     #[error("state of the detector, last time: expected a finite number of seconds")]

@@ -163,6 +163,11 @@ impl Generator {
         self.x.as_flattened()
     }
 
+    /// The state, to be overwritten with finite numbers.
+    pub(crate) fn state_mut(&mut self) -> &mut [f64] {
+        self.x.as_flattened_mut()
+    }
+
     /// Takes a state that [`Generator::state`] gave; `false`, and nothing taken, for one of another
     /// length or with a number that is not finite.
     pub(crate) fn set_state(&mut self, state: &[f64]) -> bool {

@@ -15,7 +15,7 @@ mod detector;
 mod detector_state;
 mod evaluator;
 mod exceedance_run;
-mod fingerprint;
+pub(crate) mod fingerprint;
 mod fleet;
 mod generator;
 mod isolation;
@@ -37,7 +37,7 @@ pub use fleet::{Fleet, FleetError};
 pub(crate) use generator::{Generator, Matrices, Samples, Update};
 pub(crate) use isolation::{
     Core, CoreParts, DiagnosisOptions, Drive, DriveParts, DriveSums, HypothesisKind,
-    HypothesisParts, JointWhitener, JointWhitenerParts, LAGS, LagParts, LevelParts,
+    HypothesisParts, JointWhitener, JointWhitenerParts, LAGS, LagParts, LevelParts, Recall,
 };
 pub use isolation::{Diagnosis, Finding, Hypothesis, IsolationVerdict, Pair};
 pub use statistics::AdaptiveThreshold;

@@ -6,7 +6,7 @@ use gt_core::{Dataset, OperatingPoint, Signal, StateSpace};
 use gt_fdi::design::EffectPair;
 use gt_fdi::{
     FaultEffect, FaultHypothesis, FdiError, Finding, IsolationDesign, IsolationDetector,
-    IsolationEvent, Isolator, NoiseCovariance, ResidualGenerator,
+    IsolationEvent, IsolationMonitor, Isolator, NoiseCovariance, ResidualGenerator, ResumeError,
 };
 use nalgebra::DMatrix;
 
@@ -385,4 +385,75 @@ fn the_gain_of_a_lag_is_learned_from_records() {
         ..pair
     };
     assert!(matches!(learn("u", &[none]), Err(FdiError::NoEffect)));
+}
+
+#[test]
+fn a_saved_state_goes_on_bit_for_bit_and_raises_no_alarm_again() {
+    let data = record(81, 6000, [0.0, 0.06, 0.06], 0.3);
+    let feed = |monitor: &mut IsolationMonitor, samples: std::ops::Range<usize>| {
+        let mut events = Vec::new();
+        for t in samples {
+            let (u, y) = (data.u().column(t), data.y().column(t));
+            let own = monitor.step(data.time_s(t), u.as_slice(), y.as_slice());
+            events.extend_from_slice(own.unwrap());
+        }
+        events
+    };
+    // While it settles, before the fault, under an alarm, and in the middle of a block.
+    for cut in [3, 500, 2997, 4200, 5555] {
+        let mut whole = IsolationMonitor::new(isolator()).unwrap();
+        feed(&mut whole, 0..cut);
+        let text = serde_json::to_string(&whole.state()).unwrap();
+        let mut resumed = IsolationMonitor::new(isolator()).unwrap();
+        resumed
+            .resume(&serde_json::from_str(&text).unwrap())
+            .unwrap();
+        assert_eq!(resumed.state(), whole.state(), "{cut}");
+        let events = feed(&mut whole, cut..6000);
+        assert_eq!(feed(&mut resumed, cut..6000), events, "{cut}");
+        assert_eq!(resumed.state(), whole.state(), "{cut}");
+        assert_eq!(resumed.diagnosis(), whole.diagnosis(), "{cut}");
+    }
+}
+
+#[test]
+fn states_of_other_isolators_and_broken_ones_are_refused() {
+    let mut detector = IsolationDetector::new(isolator()).unwrap();
+    let state = detector.state();
+    let broken = |edit: fn(&mut serde_json::Value)| {
+        let mut value = serde_json::to_value(&state).unwrap();
+        edit(&mut value);
+        serde_json::from_value(value).unwrap()
+    };
+    let other = broken(|value| value["fingerprint"] = 1.into());
+    assert_eq!(detector.resume(&other), Err(ResumeError::Bank));
+    let short = broken(|value| {
+        value["numbers"].as_array_mut().unwrap().pop();
+    });
+    let refused = detector.resume(&short);
+    assert!(
+        matches!(
+            refused,
+            Err(ResumeError::Count {
+                what: "numbers",
+                ..
+            })
+        ),
+        "{refused:?}"
+    );
+    // Counts that no detector has: the nearest that one could have, and no panic.
+    let odd = broken(|value| {
+        for number in value["numbers"].as_array_mut().unwrap() {
+            *number = 1e300.into();
+        }
+    });
+    detector.resume(&odd).unwrap();
+    let data = record(82, 300, [0.0; 3], 0.0);
+    for t in 0..data.len() {
+        let (u, y) = (data.u().column(t), data.y().column(t));
+        detector
+            .step(data.time_s(t), u.as_slice(), y.as_slice())
+            .unwrap();
+    }
+    detector.diagnose();
 }

@@ -1,8 +1,10 @@
 //! An isolator at work, sample by sample.
 
+use serde::{Deserialize, Serialize};
+
 use super::isolator::Isolator;
 use crate::FdiError;
-use crate::runtime::{Clock, Core, Diagnosis, IsolationVerdict, StepError};
+use crate::runtime::{Clock, Core, Diagnosis, IsolationVerdict, Recall, ResumeError, StepError};
 
 /// An isolator that takes samples as they come.
 ///
@@ -15,6 +17,25 @@ pub struct IsolationDetector {
     core: Core,
     clock: Clock,
     sizes: (usize, usize),
+    fingerprint: u64,
+}
+
+/// All that an [`IsolationDetector`] remembers: a value that passes through serde without losing a
+/// bit, for a service that restarts. Generators, hypotheses and limits are those of the isolator.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct IsolationState {
+    /// Of the isolator.
+    fingerprint: u64,
+    last_time_s: Option<f64>,
+    numbers: Vec<f64>,
+}
+
+impl IsolationState {
+    /// Time of the last sample in seconds; `None` before the first.
+    pub fn last_time_s(&self) -> Option<f64> {
+        self.last_time_s
+    }
 }
 
 impl IsolationDetector {
@@ -27,6 +48,7 @@ impl IsolationDetector {
             core: isolator.core()?,
             clock: Clock::new(isolator.sample_time_s()),
             sizes: (isolator.inputs().len(), isolator.outputs().len()),
+            fingerprint: isolator.fingerprint(),
         })
     }
 
@@ -49,6 +71,49 @@ impl IsolationDetector {
     /// some milliseconds.
     pub fn diagnose(&mut self) -> Diagnosis {
         self.core.diagnose()
+    }
+
+    /// All that it remembers.
+    pub fn state(&self) -> IsolationState {
+        let mut numbers = Vec::new();
+        self.core
+            .clone()
+            .recall(&mut |number| numbers.push(*number));
+        IsolationState {
+            fingerprint: self.fingerprint,
+            last_time_s: self.clock.last_time_s(),
+            numbers,
+        }
+    }
+
+    /// Goes on from the state of a detector of the same isolator: from then on it says what that one
+    /// would have said, bit for bit.
+    ///
+    /// # Errors
+    /// [`ResumeError`] when the state is not one of this isolator; the detector is then as it was.
+    pub fn resume(&mut self, state: &IsolationState) -> Result<(), ResumeError> {
+        if state.fingerprint != self.fingerprint {
+            return Err(ResumeError::Bank);
+        }
+        if state.last_time_s.is_some_and(|time_s| !time_s.is_finite()) {
+            return Err(ResumeError::Time);
+        }
+        let mut expected = 0;
+        self.core.clone().recall(&mut |_| expected += 1);
+        ResumeError::check("numbers", expected, state.numbers.len())?;
+        let mut finite = state.numbers.iter().enumerate();
+        if let Some((index, &found)) = finite.find(|(_, number)| !number.is_finite()) {
+            return Err(ResumeError::NotFinite { index, found });
+        }
+        let mut numbers = state.numbers.iter();
+        self.core.recall(&mut |number| {
+            if let Some(own) = numbers.next() {
+                *number = *own;
+            }
+        });
+        self.core.set_time_s(state.last_time_s.unwrap_or(f64::NAN));
+        self.clock.set_last_time_s(state.last_time_s);
+        Ok(())
     }
 
     /// What was said of the last sample.

@@ -11,6 +11,7 @@ use crate::design::channels::{check_sample_time, check_unique};
 use crate::design::generator::ResidualGenerator;
 use crate::design::joint_whitening::JointWhitening;
 use crate::design::mean_time::MeanTime;
+use crate::runtime::fingerprint::Fingerprint;
 use crate::runtime::{
     Core, CoreParts, DiagnosisOptions, Drive, DriveParts, HypothesisKind, HypothesisParts, LAGS,
     LagParts, LevelParts,
@@ -181,6 +182,14 @@ impl Isolator {
 
     pub(super) fn core(&self) -> Result<Core, FdiError> {
         self.fields.core()
+    }
+
+    /// A number that tells two isolators apart: the hash of all that they are made of.
+    pub(super) fn fingerprint(&self) -> u64 {
+        let mut print = Fingerprint::new();
+        // Debug prints every digit, and never fails.
+        print.add_text(&format!("{:?}", self.fields));
+        print.value()
     }
 }
 

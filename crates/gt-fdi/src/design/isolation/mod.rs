@@ -12,9 +12,9 @@ mod run;
 mod wander;
 
 pub use calibrate::IsolationDesign;
-pub use detector::IsolationDetector;
+pub use detector::{IsolationDetector, IsolationState};
 pub use effect::{EffectPair, FaultEffect, FaultHypothesis};
 pub use isolator::{ISOLATION_SCHEMA_VERSION, Isolator};
-pub use monitor::{IsolationEvent, IsolationMonitor};
+pub use monitor::{IsolationEvent, IsolationMonitor, MonitorState};
 pub use named::{NamedAlarm, NamedDiagnosis, NamedHypothesis, NamedPair};
 pub use run::{IsolationAlarm, IsolationRun};

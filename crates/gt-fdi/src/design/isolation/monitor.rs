@@ -1,11 +1,11 @@
 //! Alarms and names as they come.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use super::detector::IsolationDetector;
+use super::detector::{IsolationDetector, IsolationState};
 use super::isolator::Isolator;
 use crate::FdiError;
-use crate::runtime::{Diagnosis, Finding, IsolationVerdict, StepError};
+use crate::runtime::{Diagnosis, Finding, IsolationVerdict, ResumeError, StepError};
 
 /// Seconds between diagnoses while an alarm has no name, and after it has one.
 const UNNAMED_S: f64 = 0.4;
@@ -55,6 +55,25 @@ pub struct IsolationMonitor {
     due_s: f64,
     contrary: usize,
     last: Option<(f64, Diagnosis)>,
+}
+
+/// All that an [`IsolationMonitor`] remembers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MonitorState {
+    detector: IsolationState,
+    /// The name that stands while an alarm is up.
+    name: Option<Finding>,
+    due_s: Option<f64>,
+    contrary: usize,
+    last: Option<(f64, Diagnosis)>,
+}
+
+impl MonitorState {
+    /// Time of the last sample in seconds; `None` before the first.
+    pub fn last_time_s(&self) -> Option<f64> {
+        self.detector.last_time_s()
+    }
 }
 
 impl IsolationMonitor {
@@ -136,6 +155,33 @@ impl IsolationMonitor {
         };
         self.due_s = time_s + wait_s;
         self.last = Some((time_s, diagnosis));
+    }
+
+    /// All that it remembers.
+    pub fn state(&self) -> MonitorState {
+        MonitorState {
+            detector: self.detector.state(),
+            name: self.name(),
+            due_s: self.due_s.is_finite().then_some(self.due_s),
+            contrary: self.contrary,
+            last: self.last.clone(),
+        }
+    }
+
+    /// Goes on from the state of a monitor of the same isolator, bit for bit: an alarm that was up
+    /// stays up, and is not raised again.
+    ///
+    /// # Errors
+    /// As [`IsolationDetector::resume`].
+    pub fn resume(&mut self, state: &MonitorState) -> Result<(), ResumeError> {
+        self.detector.resume(&state.detector)?;
+        self.events.clear();
+        self.up = state.name.is_some();
+        self.name = state.name.unwrap_or(Finding::Undecided);
+        self.due_s = state.due_s.unwrap_or(f64::INFINITY);
+        self.contrary = state.contrary.min(CONTRARY);
+        self.last.clone_from(&state.last);
+        Ok(())
     }
 
     /// What was said of the last sample.

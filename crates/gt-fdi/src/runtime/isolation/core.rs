@@ -12,6 +12,7 @@ use super::joint_whitener::JointWhitener;
 use super::lag::{LAGS, LagParts};
 use super::memory::Memory;
 use super::profile::Profile;
+use super::recall::{self, Recall};
 use super::score::{level, score};
 use super::suffix::Suffixes;
 use crate::runtime::{Generator, Update};
@@ -307,6 +308,11 @@ impl Core {
         }
     }
 
+    /// Takes the time of the last sample, after a recall.
+    pub(crate) fn set_time_s(&mut self, time_s: f64) {
+        self.verdict.time_s = time_s;
+    }
+
     /// Forgets all samples.
     pub(crate) fn reset(&mut self) {
         for generator in &mut self.parts.generators {
@@ -375,6 +381,46 @@ impl Core {
     /// changes.
     pub(crate) fn last_sample(&self) -> &[f64] {
         &self.sample
+    }
+}
+
+impl Recall for Core {
+    fn recall(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        for generator in &mut self.parts.generators {
+            recall::numbers(generator.state_mut(), visit);
+        }
+        self.parts.whitener.recall(visit);
+        for drive in &mut self.parts.drives {
+            drive.recall(visit);
+        }
+        self.memory.recall(visit);
+        recall::numbers(&mut self.residuals, visit);
+        recall::numbers(&mut self.levels, visit);
+        for waiting in &mut self.waiting {
+            recall::numbers(waiting, visit);
+        }
+        let slots = self.waiting.len();
+        recall::count(&mut self.next_waiting, slots.saturating_sub(1), visit);
+        let settle = self.parts.settle + self.parts.whitener.order();
+        recall::count(&mut self.unsettled, settle, visit);
+        recall::count(&mut self.blocks, BLOCKS_A_SCAN - 1, visit);
+        recall::count(&mut self.quiet_scans, RELEASE_SCANS, visit);
+        let verdict = &mut self.verdict;
+        recall::numbers(&mut verdict.statistics, visit);
+        for flag in [
+            &mut verdict.exceeds,
+            &mut verdict.alarm,
+            &mut verdict.new_alarm,
+            &mut verdict.settling,
+        ] {
+            recall::flag(flag, visit);
+        }
+        // Nothing leads is 0, the first statistic 1.
+        let mut leading = verdict.leading.map_or(0, |place| place + 1);
+        recall::count(&mut leading, verdict.statistics.len(), visit);
+        verdict.leading = leading.checked_sub(1);
+        // Sums are those of the last scan only after the next.
+        self.sums.gather(&self.memory);
     }
 }
 

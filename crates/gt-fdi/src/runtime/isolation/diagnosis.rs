@@ -3,7 +3,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::core::{Core, DriveSums, HypothesisKind, LevelParts, SHORTEST};
 use super::profile::Profile;
@@ -39,7 +39,7 @@ pub(crate) struct DiagnosisOptions {
 }
 
 /// What is known of one hypothesis.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Hypothesis {
     /// Its probability, given that there is a fault.
     pub probability: f64,
@@ -58,7 +58,7 @@ pub struct Hypothesis {
 }
 
 /// Two hypotheses together.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Pair {
     /// Positions of the two.
     pub faults: [usize; 2],
@@ -71,7 +71,7 @@ pub struct Pair {
 }
 
 /// What can be said.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Finding {
     /// No hypothesis is probable enough yet.
@@ -85,7 +85,7 @@ pub enum Finding {
 }
 
 /// The probabilities of all hypotheses, given that there is a fault.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
     /// What can be said.
     pub finding: Finding,

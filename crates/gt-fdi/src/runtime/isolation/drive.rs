@@ -6,6 +6,7 @@ use alloc::vec::Vec;
 
 use super::joint_whitener::JointWhitener;
 use super::lag::LagFilter;
+use super::recall::{self, Recall};
 use crate::runtime::{Generator, Update};
 
 /// What a [`Drive`] is made of.
@@ -141,5 +142,21 @@ impl Drive {
             generator.reset();
         }
         self.parts.whitener.reset();
+    }
+}
+
+impl Recall for Drive {
+    fn recall(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        recall::numbers(&mut self.window, visit);
+        let length = self.window.len();
+        recall::count(&mut self.next, length.saturating_sub(1), visit);
+        recall::count(&mut self.filled, length, visit);
+        for lag in &mut self.lags {
+            lag.recall(visit);
+        }
+        for generator in &mut self.parts.generators {
+            recall::numbers(generator.state_mut(), visit);
+        }
+        self.parts.whitener.recall(visit);
     }
 }

@@ -4,6 +4,7 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
+use super::recall::{self, Recall};
 use crate::runtime::LARGEST_SAMPLE;
 
 /// A deviation beyond this, in any unit, counts as this.
@@ -97,5 +98,15 @@ impl JointWhitener {
         for past in &mut self.past {
             past.fill(0.0);
         }
+    }
+}
+
+impl Recall for JointWhitener {
+    fn recall(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        for past in &mut self.past {
+            recall::numbers(past, visit);
+        }
+        let last = self.past.len().saturating_sub(1);
+        recall::count(&mut self.newest, last, visit);
     }
 }

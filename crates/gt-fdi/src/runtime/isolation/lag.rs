@@ -4,6 +4,7 @@ use alloc::boxed::Box;
 
 use super::core::DriveSums;
 use super::profile::Profile;
+use super::recall;
 use super::suffix::Suffixes;
 
 /// Lags tried, in multiples of the sample time: each twice the one before.
@@ -108,5 +109,9 @@ impl LagFilter {
 
     pub(super) fn reset(&mut self) {
         self.state.fill(0.0);
+    }
+
+    pub(super) fn recall(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        recall::numbers(&mut self.state, visit);
     }
 }

@@ -3,6 +3,8 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
+use super::recall::{self, Recall};
+
 /// Samples in the youngest blocks.
 const YOUNGEST: usize = 4;
 /// Blocks of one length that are kept before two are joined: an onset is resolved to between a
@@ -121,6 +123,18 @@ impl Memory {
                 }
             }
         }
+    }
+}
+
+impl Recall for Memory {
+    fn recall(&mut self, visit: &mut dyn FnMut(&mut f64)) {
+        for level in &mut self.levels {
+            recall::numbers(&mut level.blocks, visit);
+            recall::count(&mut level.oldest, KEPT + 1, visit);
+            recall::count(&mut level.count, KEPT + 1, visit);
+        }
+        recall::numbers(&mut self.current, visit);
+        recall::count(&mut self.filled, YOUNGEST - 1, visit);
     }
 }
 

@@ -8,6 +8,7 @@ mod lag;
 mod memory;
 mod pairs;
 mod profile;
+mod recall;
 mod score;
 mod suffix;
 #[cfg(test)]
@@ -22,3 +23,4 @@ pub use diagnosis::{Diagnosis, Finding, Hypothesis, Pair};
 pub(crate) use drive::{Drive, DriveParts};
 pub(crate) use joint_whitener::{JointWhitener, JointWhitenerParts};
 pub(crate) use lag::{LAGS, LagParts};
+pub(crate) use recall::Recall;
