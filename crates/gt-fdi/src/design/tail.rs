@@ -63,12 +63,12 @@ impl Tail {
         maxima.sort_by(|left, right| right.total_cmp(left));
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // below the length
         let share = (TAIL_SHARE * maxima.len() as f64) as usize;
-        let few = FdiError::TooFewPeaks {
+        let few = |found: usize| FdiError::TooFewPeaks {
             needed: MIN_PEAKS,
-            found: share.min(wanted),
+            found,
         };
         if share < MIN_PEAKS {
-            return Err(few);
+            return Err(few(share));
         }
         let level = maxima[share.min(wanted)];
         let (mut heights, mut peaks) = (0.0, 0);
@@ -93,7 +93,7 @@ impl Tail {
             }
         }
         if peaks < MIN_PEAKS || heights <= 0.0 {
-            return Err(few);
+            return Err(few(peaks));
         }
         let height = heights / peaks as f64;
         Ok(Self {

@@ -388,6 +388,18 @@ fn the_gain_of_a_lag_is_learned_from_records() {
 }
 
 #[test]
+fn a_large_fault_in_a_direction_a_little_off_is_still_one() {
+    // A hundred times what is found, and 5 % of it in the direction of another fault.
+    let run = isolator()
+        .run(&record(85, 7000, [4.0, 0.2, 0.2], 0.0))
+        .unwrap();
+    let alarm = &run.alarms[0];
+    assert_eq!(alarm.finding, Finding::Named(0), "{:?}", alarm.diagnosis);
+    let found = alarm.diagnosis.hypotheses[0].magnitude;
+    assert!((found / 4.0 - 1.0).abs() < 0.05, "{found}");
+}
+
+#[test]
 fn a_saved_state_goes_on_bit_for_bit_and_raises_no_alarm_again() {
     let data = record(81, 6000, [0.0, 0.06, 0.06], 0.3);
     let feed = |monitor: &mut IsolationMonitor, samples: std::ops::Range<usize>| {

@@ -117,8 +117,13 @@ impl Core {
         if !allowed(one.0, xa) || !allowed(two.0, xb) {
             return Joint::default();
         }
+        // What a direction that is a little off explains beside one fault is no second one, however
+        // large both are.
+        let single = (za * za).max(zb * zb);
+        let tolerance = self.parts.options.direction_tolerance;
+        let second = za * xa + zb * xb - single - tolerance * tolerance * single;
         Joint {
-            squared: za * xa + zb * xb,
+            squared: single + second.max(0.0),
             magnitudes: [self.size_of(one, &a, xa), self.size_of(two, &b, xb)],
         }
     }
