@@ -137,16 +137,16 @@ fn refused(
     }
 }
 
-/// Runs the verb.
-pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
-    let defaults = DesignArgs {
-        generator: Some(GeneratorKind::Observer),
-        statistic: Some(Statistic::Threshold),
-        ..DesignArgs::default()
-    };
-    let Some(args) = layered("design", args, &defaults, global)? else {
-        return Ok(Outcome::Done);
-    };
+/// What must be given.
+struct Asked<'a> {
+    model_path: &'a PathBuf,
+    out: &'a PathBuf,
+    healthy_paths: Vec<&'a Path>,
+    generator: GeneratorKind,
+}
+
+/// What is given, where nothing is missing and no two options exclude each other.
+fn asked(args: &DesignArgs) -> Result<Asked<'_>, Failure> {
     let model_path = args
         .model
         .as_ref()
@@ -171,9 +171,33 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         ));
     }
     match &args.faults {
-        Some(_) => isolator::refuse_others(&args)?,
-        None => isolator::refuse_own(&args)?,
+        Some(_) => isolator::refuse_others(args)?,
+        None => isolator::refuse_own(args)?,
     }
+    Ok(Asked {
+        model_path,
+        out,
+        healthy_paths,
+        generator,
+    })
+}
+
+/// Runs the verb.
+pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
+    let defaults = DesignArgs {
+        generator: Some(GeneratorKind::Observer),
+        statistic: Some(Statistic::Threshold),
+        ..DesignArgs::default()
+    };
+    let Some(args) = layered("design", args, &defaults, global)? else {
+        return Ok(Outcome::Done);
+    };
+    let Asked {
+        model_path,
+        out,
+        healthy_paths,
+        generator,
+    } = asked(&args)?;
     let search = search(&args, generator)?;
     let plan = plan(&args)?;
     let faulty_paths = search::paths(&args);

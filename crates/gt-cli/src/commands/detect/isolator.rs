@@ -32,6 +32,10 @@ struct StatisticReport<'a> {
 /// False alarms of all statistics together, by the healthy records' tails.
 #[derive(Serialize)]
 struct Promise {
+    /// Null: nothing is counted, the rate is that of the tail.
+    alarms: Option<usize>,
+    /// Healthy hours behind it.
+    hours: f64,
     per_hour: Option<f64>,
     per_hour_low: Option<f64>,
     per_hour_high: Option<f64>,
@@ -126,6 +130,11 @@ fn promise(mean_times: &[MeanTime]) -> Promise {
             .sum::<Option<f64>>()
     };
     Promise {
+        alarms: None,
+        hours: mean_times
+            .iter()
+            .map(|own| own.healthy_hours)
+            .fold(0.0, f64::max),
         per_hour: rate(|own| own.hours),
         per_hour_low: rate(|own| own.hours_high),
         per_hour_high: rate(|own| own.hours_low),
