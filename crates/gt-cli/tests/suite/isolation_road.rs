@@ -59,28 +59,31 @@ fn record(seed: u64, rows: usize, sensor: f64, leak: f64, lag_s: f64) -> String 
     csv("u,a,b,c", &table)
 }
 
-/// Records, a model with its noise, an isolator.
+/// Records and a model with its noise, where the isolator of all tests is made.
 fn place() -> &'static Place {
     static PLACE: OnceLock<Place> = OnceLock::new();
-    PLACE.get_or_init(|| {
-        let place = Place::new();
-        place.write("train.csv", record(1, 6000, 0.0, 0.0, 0.0));
-        for healthy in 0..6 {
-            let name = format!("healthy{healthy}.csv");
-            place.write(&name, record(10 + healthy, 36_000, 0.0, 0.0, 0.0));
-        }
-        place.write("clean.csv", record(2, 4000, 0.0, 0.0, 0.0));
-        place.write("leaking.csv", record(2, 4000, 0.0, 2.0, 0.0));
-        place.write("faults.toml", FAULTS);
-        place.write("sensor.csv", record(3, 5000, -0.08, 0.0, 0.0));
-        place.write("leak.csv", record(4, 5000, 0.0, 0.06, 0.0));
-        place.write("valve.csv", record(5, 5000, 0.0, 0.0, 0.6));
-        let channels = ["--inputs", "u", "--outputs", "a,b,c"];
-        let files = ["identify", "train.csv", "--out", "model.json"];
-        let method = ["--method", "eiv", "--order", "1"];
-        place.done(&[&files[..], &channels, &method, &TIME].concat());
-        place
-    })
+    PLACE.get_or_init(|| furnished(6))
+}
+
+/// A folder of its own with so many healthy records: nobody else writes while a refusal is checked.
+fn furnished(records: u64) -> Place {
+    let place = Place::new();
+    place.write("train.csv", record(1, 6000, 0.0, 0.0, 0.0));
+    for healthy in 0..records {
+        let name = format!("healthy{healthy}.csv");
+        place.write(&name, record(10 + healthy, 36_000, 0.0, 0.0, 0.0));
+    }
+    place.write("clean.csv", record(2, 4000, 0.0, 0.0, 0.0));
+    place.write("leaking.csv", record(2, 4000, 0.0, 2.0, 0.0));
+    place.write("faults.toml", FAULTS);
+    place.write("sensor.csv", record(3, 5000, -0.08, 0.0, 0.0));
+    place.write("leak.csv", record(4, 5000, 0.0, 0.06, 0.0));
+    place.write("valve.csv", record(5, 5000, 0.0, 0.0, 0.6));
+    let channels = ["--inputs", "u", "--outputs", "a,b,c"];
+    let files = ["identify", "train.csv", "--out", "model.json"];
+    let method = ["--method", "eiv", "--order", "1"];
+    place.done(&[&files[..], &channels, &method, &TIME].concat());
+    place
 }
 
 const HEALTHY: &str =
@@ -174,7 +177,7 @@ fn detect_names_sizes_and_dates_faults_and_logs_its_diagnoses() {
 
 #[test]
 fn what_is_wrong_with_faults_is_named() {
-    let place = place();
+    let place = furnished(1);
     let cases = [
         ("", "expected at least one `[[fault]]`"),
         ("[[fault]]\nname = \"f\"\n", "fault `f`: expected `changes`"),
