@@ -176,7 +176,7 @@ pub struct ReproduceArgs {
     #[arg(long, env = "GTFDI_SEED", value_name = "N", value_parser = integer())]
     pub seed: Option<u64>,
     /// Table 10 and the naming of faults with many runs, all levels of noise, both sets of maps and
-    /// a varying ambient: some minutes instead of one
+    /// a varying ambient: a quarter of an hour instead of a minute
     #[arg(long, env = "GTFDI_FULL", num_args = 0..=1, default_missing_value = "true")]
     pub full: Option<bool>,
 }
