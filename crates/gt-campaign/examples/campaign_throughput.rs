@@ -11,6 +11,7 @@ use std::time::Instant;
 
 use gt_campaign::Silent;
 use gt_campaign::campaign::{BankChoice, Campaign, Spec};
+use gt_log::DetectorFile;
 use gtfdi::plant::{
     NoiseLevel, PlantError, PlantParameters, Scenario, lanes_at_once, simulate, simulate_batch,
 };
@@ -75,7 +76,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         for substeps in [default, fewest()?] {
             let spec = spec(runs, noise, substeps)?;
             let plant = PlantParameters::for_maps(spec.plant.map_set);
-            let campaign = Campaign::new(spec, bank.clone())?;
+            let campaign = Campaign::new(spec, DetectorFile::Bank(bank.clone()))?;
             let indices: Vec<u64> = (0..runs).collect();
             let groups = || indices.par_chunks(lanes_at_once());
             let mut failed = Ok(());

@@ -8,13 +8,15 @@
 //! - [`write_run`], [`write_verdicts`] and [`write_diagnoses`] are the logs of a simulated run
 //!   (`/plant/measured`, `/plant/truth`, `/plant/faults`), of a bank's verdicts and of an isolator's;
 //!   each says what its topics hold.
-//! - [`read_json`] and [`write_json`] are model and bank files; [`ModelFile`] is what is in one.
+//! - [`read_json`] and [`write_json`] are model and bank files; [`ModelFile`] and
+//!   [`DetectorFile`] are what is in one.
 //!
 //! Every file appears under its name only when it is whole: it is written as `NAME.part` and
 //! renamed. No bytes, however broken, make a reader panic.
 
 mod atomic;
 mod build_info;
+mod detector_file;
 mod diagnosis_log;
 mod error;
 mod import;
@@ -34,6 +36,7 @@ mod writer;
 
 pub use atomic::write_atomically;
 pub use build_info::{BuildInfo, build_info};
+pub use detector_file::DetectorFile;
 pub use diagnosis_log::write_diagnoses;
 pub use error::{CellProblem, LogError, Place};
 pub use import::{DEFAULT_TOPIC, Imported, Selection, TimeGap, Warning, columns, read_dataset};

@@ -21,11 +21,34 @@ pub enum BankChoice {
     File(PathBuf),
     /// Tests on the residuals of a model that is identified first.
     Tests(TestFamily),
+    /// An isolator of the plant's four faults, from a model that is identified first.
+    Isolator(IsolatorFamily),
+}
+
+/// An isolator that is still to be made: it knows all four faults, whichever the campaign draws.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct IsolatorFamily {
+    /// Mean time between false alarms of all its statistics together, in hours.
+    pub arl0_h: f64,
+    /// Healthy running for whitening and limits, in hours.
+    pub calibration_h: f64,
+    /// True: what tells it from tests in a file.
+    isolator: bool,
+}
+
+impl IsolatorFamily {
+    /// One with a mean time between false alarms and healthy running, both in hours.
+    pub fn new(arl0_h: f64, calibration_h: f64) -> Self {
+        Self {
+            arl0_h,
+            calibration_h,
+            isolator: true,
+        }
+    }
 }
 
 /// Tests that share a mean time between false alarms.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TestFamily {
     /// Mean time between false alarms of all tests together, in hours.
     pub arl0_h: f64,
@@ -52,6 +75,39 @@ impl Default for TestFamily {
     }
 }
 
+/// The table of a file, before it is one or the other.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BankTable {
+    arl0_h: Option<f64>,
+    calibration_h: Option<f64>,
+    tests: Option<Vec<TestPlanText>>,
+    #[serde(default)]
+    isolator: bool,
+}
+
+impl BankTable {
+    fn choice(self) -> Result<BankChoice, &'static str> {
+        let usual = TestFamily::default();
+        let arl0_h = self.arl0_h.unwrap_or(usual.arl0_h);
+        let calibration_h = self.calibration_h.unwrap_or(usual.calibration_h);
+        match self.tests {
+            Some(_) if self.isolator => Err(
+                "bank.tests: expected none with `isolator = true`, which has its own, found some",
+            ),
+            _ if self.isolator => Ok(BankChoice::Isolator(IsolatorFamily::new(
+                arl0_h,
+                calibration_h,
+            ))),
+            tests => Ok(BankChoice::Tests(TestFamily {
+                arl0_h,
+                calibration_h,
+                tests: tests.unwrap_or(usual.tests),
+            })),
+        }
+    }
+}
+
 impl Default for BankChoice {
     fn default() -> Self {
         Self::Tests(TestFamily::default())
@@ -66,7 +122,7 @@ impl<'de> Deserialize<'de> for BankChoice {
             type Value = BankChoice;
 
             fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-                formatter.write_str("a bank's file or a table of tests")
+                formatter.write_str("a bank's file or a table of tests or of an isolator")
             }
 
             fn visit_str<E: Error>(self, name: &str) -> Result<BankChoice, E> {
@@ -74,11 +130,23 @@ impl<'de> Deserialize<'de> for BankChoice {
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<BankChoice, A::Error> {
-                TestFamily::deserialize(MapAccessDeserializer::new(map)).map(BankChoice::Tests)
+                let table = BankTable::deserialize(MapAccessDeserializer::new(map))?;
+                table.choice().map_err(A::Error::custom)
             }
         }
 
         deserializer.deserialize_any(FileOrTests)
+    }
+}
+
+impl BankChoice {
+    /// The mean time between false alarms that is asked for, in hours; `None` of a file.
+    pub fn arl0_h(&self) -> Option<f64> {
+        match self {
+            Self::File(_) => None,
+            Self::Tests(family) => Some(family.arl0_h),
+            Self::Isolator(family) => Some(family.arl0_h),
+        }
     }
 }
 

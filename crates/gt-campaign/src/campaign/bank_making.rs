@@ -8,19 +8,17 @@ use gtfdi::plant::{Noise, PlantParameters, Scenario, lanes_at_once, simulate_bat
 use rayon::prelude::*;
 
 use super::bank_choice::TestFamily;
-use super::sensor_noise::MODEL_INDEX;
+use super::sensor_noise::{HEALTHY_INDEX, MODEL_INDEX};
 use super::spec::{ModelMethod, ModelPlan, Spec};
 use crate::bank_design::kalman_generator;
 use crate::error::{CampaignError, During as _};
 use crate::progress::Progress;
 
-/// Run index of the first of the records that the limits are set on.
-const HEALTHY_INDEX: u64 = MODEL_INDEX + 1;
 /// Seconds of an hour; healthy records are no longer.
 const HOUR_S: f64 = 3600.0;
 
 /// A model, with the noise of its channels where that was identified too.
-type Identified = (ArxModel, Option<EivModel>);
+pub(super) type Identified = (ArxModel, Option<EivModel>);
 
 impl Spec {
     /// Identifies a model, designs its generators and calibrates their tests, on records with the
@@ -44,7 +42,7 @@ impl Spec {
                 kalman_generator(&model, found.as_ref(), output, part).during(&what)
             })
             .collect::<Result<Vec<ResidualGenerator>, _>>()?;
-        let healthy = self.healthy_records(&plan, family, noise, progress)?;
+        let healthy = self.healthy_records(&plan, family.calibration_h, noise, progress)?;
         let plans = family.plans(plan.outputs.len());
         let plans = plans.map_err(CampaignError::Value)?;
         let in_sample = vec![false; healthy.len()];
@@ -67,7 +65,8 @@ impl Spec {
         Bank::new("campaign", generators, tests).during("bank")
     }
 
-    fn identify(
+    /// The model, with its noise where the method tells it.
+    pub(super) fn identify(
         &self,
         plan: &ModelPlan,
         method: ModelMethod,
@@ -98,10 +97,10 @@ impl Spec {
     }
 
     /// Healthy running of as many hours as asked for, in records of an hour at most.
-    fn healthy_records(
+    pub(super) fn healthy_records(
         &self,
         plan: &ModelPlan,
-        family: &TestFamily,
+        hours: f64,
         noise: &Noise,
         progress: &dyn Progress,
     ) -> Result<Vec<Dataset>, CampaignError> {
@@ -111,8 +110,8 @@ impl Spec {
             clippy::cast_sign_loss,
             reason = "checked"
         )]
-        let count = family.calibration_h.ceil().max(1.0) as u64;
-        let duration_s = family.calibration_h / count as f64 * HOUR_S;
+        let count = hours.ceil().max(1.0) as u64;
+        let duration_s = hours / count as f64 * HOUR_S;
         let wanted: Vec<(u64, f64)> = (0..count)
             .map(|place| (HEALTHY_INDEX + place, duration_s))
             .collect();
@@ -137,7 +136,6 @@ impl Spec {
         noise: &Noise,
         what: &str,
     ) -> Result<Vec<Dataset>, CampaignError> {
-        let plant = PlantParameters::for_maps(self.plant.map_set);
         let scenarios = wanted
             .iter()
             .map(|&(index, duration_s)| {
@@ -148,6 +146,17 @@ impl Spec {
                 })
             })
             .collect::<Result<Vec<Scenario>, CampaignError>>()?;
+        self.simulated(&scenarios, plan, what)
+    }
+
+    /// The model's channels of what the sensors read in scenarios, on all cores.
+    pub(super) fn simulated(
+        &self,
+        scenarios: &[Scenario],
+        plan: &ModelPlan,
+        what: &str,
+    ) -> Result<Vec<Dataset>, CampaignError> {
+        let plant = PlantParameters::for_maps(self.plant.map_set);
         scenarios
             .par_chunks(lanes_at_once())
             .flat_map_iter(|scenarios| simulate_batch(&plant, scenarios))

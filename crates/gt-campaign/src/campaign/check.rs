@@ -127,6 +127,17 @@ impl Spec {
                 validate_model(&model)?;
                 validate_family(family, &model)?;
             }
+            (BankChoice::Isolator(family), _) => {
+                let model = self.model();
+                validate_model(&model)?;
+                validate_hours(family.arl0_h, family.calibration_h)?;
+                let actuator = crate::paper::INPUTS[1];
+                if !model.inputs.iter().any(|tag| tag == actuator) {
+                    let expected = format!("`{actuator}` among them, as an isolator tells its lag");
+                    let found = model.inputs.join(", ");
+                    return Err(Problem::new("model.inputs", expected, found));
+                }
+            }
         }
         Ok(())
     }
@@ -242,12 +253,16 @@ fn validate_model(model: &ModelPlan) -> Result<(), Problem> {
     Ok(())
 }
 
-fn validate_family(family: &TestFamily, model: &ModelPlan) -> Result<(), Problem> {
-    positive("bank.arl0_h", family.arl0_h)?;
-    positive("bank.calibration_h", family.calibration_h)?;
+fn validate_hours(arl0_h: f64, calibration_h: f64) -> Result<(), Problem> {
+    positive("bank.arl0_h", arl0_h)?;
+    positive("bank.calibration_h", calibration_h)?;
     let range = [0.0, MOST_HOURS];
     let expected = format!("at most {MOST_HOURS}");
-    within("bank.calibration_h", family.calibration_h, range, &expected)?;
+    within("bank.calibration_h", calibration_h, range, &expected)
+}
+
+fn validate_family(family: &TestFamily, model: &ModelPlan) -> Result<(), Problem> {
+    validate_hours(family.arl0_h, family.calibration_h)?;
     if family.tests.is_empty() {
         return Err(Problem::new("bank.tests", "at least one", "none"));
     }

@@ -1,6 +1,7 @@
 //! The charts of a campaign.
 
-use super::summary::{FaultSummary, Summary};
+use super::fault_summary::FaultSummary;
+use super::summary::Summary;
 use crate::report::chart::{Chart, Series};
 
 /// Points of a distribution's curve.

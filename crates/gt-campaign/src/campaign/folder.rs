@@ -3,7 +3,7 @@
 //! | file | what it is |
 //! |---|---|
 //! | `campaign.toml` | [`Manifest`]: specification, version, hashes |
-//! | `bank.json` | the bank that judges |
+//! | `bank.json` | the bank or isolator that judges |
 //! | `rows-00012-0123456789abcdef.parquet` | the rows of the runs `12 * 32 .. 13 * 32`, until all are there; the digits begin the SHA-256 of its bytes |
 //! | `rows.parquet`, `rows.sha256` | all rows, and the SHA-256 of the file; the chunks are gone then |
 //! | `summary.json`, `report.html`, `figures/` | what they say |
@@ -16,7 +16,7 @@ use std::fs::{self, File};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use gtfdi::fdi::Bank;
+use gt_log::DetectorFile;
 
 use super::lock::{self, lock};
 use super::manifest::Manifest;
@@ -56,7 +56,7 @@ pub enum Found {
     /// Nothing of a campaign: the bank is still to be made.
     Empty(Vacant),
     /// A campaign that this one continues.
-    Campaign(Folder, Box<Bank>),
+    Campaign(Folder, Box<DetectorFile>),
 }
 
 /// A folder without a campaign.
@@ -111,7 +111,7 @@ pub(super) fn open(path: &Path, spec: &Spec, bank: Option<&[u8]>) -> Result<Foun
             found: format!("{found} of {}", bank_path.display()),
         });
     }
-    let bank = gt_log::read_json(&bank_path)?;
+    let bank = DetectorFile::read(&bank_path)?;
     let folder = Folder {
         path: path.to_owned(),
         manifest,
@@ -125,7 +125,7 @@ pub(super) fn open(path: &Path, spec: &Spec, bank: Option<&[u8]>) -> Result<Foun
 ///
 /// # Errors
 /// As [`open`].
-pub(super) fn stored_bank(path: &Path, spec: &Spec) -> Result<Option<Bank>, CampaignError> {
+pub(super) fn stored_bank(path: &Path, spec: &Spec) -> Result<Option<DetectorFile>, CampaignError> {
     let manifest_path = path.join(MANIFEST);
     if !manifest_path.exists() {
         return Ok(None);
@@ -133,7 +133,7 @@ pub(super) fn stored_bank(path: &Path, spec: &Spec) -> Result<Option<Bank>, Camp
     let manifest = Manifest::read(&manifest_path)?;
     let wanted = Manifest::new(spec, manifest.bank_sha256.clone())?;
     manifest.check(&manifest_path, &wanted)?;
-    Ok(Some(gt_log::read_json(&path.join(BANK))?))
+    Ok(Some(DetectorFile::read(&path.join(BANK))?))
 }
 
 impl Vacant {
@@ -145,14 +145,14 @@ impl Vacant {
         self,
         spec: &Spec,
         write: impl FnOnce(&Path) -> Result<(), CampaignError>,
-    ) -> Result<(Folder, Bank), CampaignError> {
+    ) -> Result<(Folder, DetectorFile), CampaignError> {
         let bank_path = self.path.join(BANK);
         write(&bank_path)?;
         let stored = fs::read(&bank_path).map_err(|source| CampaignError::SpecFile {
             path: bank_path.clone(),
             source,
         })?;
-        let bank = gt_log::read_json(&bank_path)?;
+        let bank = DetectorFile::read(&bank_path)?;
         // The manifest comes last: with it, the folder is a campaign's.
         let manifest = Manifest::new(spec, gt_log::sha256_hex(&stored))?;
         manifest.write(&self.path.join(MANIFEST))?;

@@ -1,13 +1,17 @@
-//! What a bank says of a record whose onset is known.
+//! What a bank or an isolator says of a record whose fault is known.
 
+use gt_log::DetectorFile;
 use gtfdi::core::Dataset;
-use gtfdi::fdi::{Bank, BankRun, FdiError};
+use gtfdi::fdi::{Bank, BankRun, FdiError, Isolator, ResidualTest};
 
-/// Judges records with a bank. All that a campaign says of a record begins here.
+use super::naming::{ISOLATOR_STATISTIC, Naming};
+use crate::isolation::FaultVerdict;
+
+/// Judges records with a bank or an isolator. All that a campaign says of a record begins here.
 #[derive(Debug, Clone)]
 pub struct Judge {
-    bank: Bank,
-    /// Of each test: its tag (of the output, or `joint`), its statistic, its limit.
+    detector: DetectorFile,
+    /// Of each test of a bank: its tag (of the output, or `joint`), its statistic, its limit.
     tests: Vec<TestLabel>,
     /// How long after the onset an alarm counts, in seconds.
     horizon_s: f64,
@@ -28,7 +32,8 @@ pub struct FirstAlarm {
     pub time_s: f64,
     /// How long after the onset, in seconds.
     pub delay_s: f64,
-    /// The output whose residual it is about; `joint` of several.
+    /// The output whose residual it is about; `joint` of several; of an isolator the fault whose
+    /// statistic was furthest above its limit.
     pub tag: String,
     /// The statistic that raised it.
     pub statistic: String,
@@ -52,45 +57,52 @@ pub struct Judgement {
     pub alarm: Option<FirstAlarm>,
     /// Whether that came within the horizon; `None` in a healthy record.
     pub detected: Option<bool>,
+    /// What the fault was called; `None` of a bank, which gives no names, and in a healthy record.
+    pub naming: Option<Naming>,
 }
 
 impl Judge {
-    /// A judge with a bank; alarms count that come within `horizon_s` after the onset.
-    pub fn new(bank: Bank, horizon_s: f64) -> Self {
-        let tests = bank.tests().iter().map(|test| TestLabel {
-            name: test.name.clone(),
-            tag: match &test.outputs[..] {
-                [tag] => tag.clone(),
-                _ => crate::bank_design::JOINT_TEST.to_owned(),
-            },
-            statistic: statistic_name(&test.evaluation.statistic),
-            limit: test.threshold.limit,
-        });
+    /// A judge with a bank or an isolator; alarms count that come within `horizon_s` after the onset.
+    pub fn new(detector: DetectorFile, horizon_s: f64) -> Self {
+        let tests = match &detector {
+            DetectorFile::Bank(bank) => bank.tests().iter().map(TestLabel::of).collect(),
+            DetectorFile::Isolator(_) => Vec::new(),
+        };
         Self {
-            tests: tests.collect(),
-            bank,
+            tests,
+            detector,
             horizon_s,
         }
     }
 
-    /// The bank.
-    pub fn bank(&self) -> &Bank {
-        &self.bank
+    /// What it judges with.
+    pub fn detector(&self) -> &DetectorFile {
+        &self.detector
     }
 
-    /// Judges a record; `onset_s` is `None` where it is healthy.
+    /// Judges a record with a fault of a name and its onset in seconds; `None` where it is healthy.
     ///
     /// # Errors
-    /// As [`Bank::run`].
-    pub fn judge(&self, record: &Dataset, onset_s: Option<f64>) -> Result<Judgement, FdiError> {
-        let run = self.bank.run(record)?;
-        let onset = onset_s.unwrap_or(f64::INFINITY);
-        let end = onset + self.horizon_s;
-        let ratios = self.ratios(&run);
-        let healthy = ratios.iter().filter(|(time_s, _)| *time_s < onset);
-        let after = ratios
-            .iter()
-            .filter(|(time_s, _)| (onset..=end).contains(time_s));
+    /// As [`Bank::run`] and [`Isolator::run`].
+    pub fn judge(
+        &self,
+        record: &Dataset,
+        fault: Option<(&str, f64)>,
+    ) -> Result<Judgement, FdiError> {
+        match &self.detector {
+            DetectorFile::Bank(bank) => self.judge_bank(bank, record, fault),
+            DetectorFile::Isolator(isolator) => self.judge_isolator(isolator, record, fault),
+        }
+    }
+
+    fn judge_bank(
+        &self,
+        bank: &Bank,
+        record: &Dataset,
+        fault: Option<(&str, f64)>,
+    ) -> Result<Judgement, FdiError> {
+        let run = bank.run(record)?;
+        let onset = fault.map_or(f64::INFINITY, |(_, onset_s)| onset_s);
         let first = run.alarms.iter().find(|alarm| alarm.time_s >= onset);
         let alarm = first.map(|alarm| {
             let label = self.tests.iter().find(|test| test.name == alarm.tag);
@@ -101,18 +113,49 @@ impl Judge {
                 statistic: label.map_or("", |test| test.statistic).to_owned(),
             }
         });
-        Ok(Judgement {
-            healthy_s: healthy.clone().count() as f64 * self.bank.sample_time_s(),
-            false_alarms: run
-                .alarms
-                .iter()
-                .filter(|alarm| alarm.time_s < onset)
-                .count() as u64,
-            peak_before: healthy.map(|(_, ratio)| *ratio).reduce(f64::max),
-            peak_after: after.map(|(_, ratio)| *ratio).reduce(f64::max),
-            detected: onset_s.map(|_| alarm.as_ref().is_some_and(|alarm| alarm.time_s <= end)),
+        let before = run.alarms.iter().filter(|alarm| alarm.time_s < onset);
+        let judged = Judged {
+            ratios: self.ratios(&run),
+            sample_time_s: bank.sample_time_s(),
+            false_alarms: before.count() as u64,
             alarm,
-        })
+            naming: None,
+        };
+        Ok(judged.by(fault.map(|(_, onset_s)| onset_s), self.horizon_s))
+    }
+
+    fn judge_isolator(
+        &self,
+        isolator: &Isolator,
+        record: &Dataset,
+        fault: Option<(&str, f64)>,
+    ) -> Result<Judgement, FdiError> {
+        let mut ratios = Vec::with_capacity(record.len());
+        let run = isolator.run_with(record, |verdict| {
+            if !verdict.settling {
+                ratios.push((verdict.time_s, verdict.worst_ratio(isolator.limits())));
+            }
+        })?;
+        let names = isolator.statistic_names();
+        let hypotheses = &names[..isolator.hypotheses().len()];
+        let place = fault.and_then(|(name, _)| hypotheses.iter().position(|own| *own == name));
+        let onset = fault.map_or(f64::INFINITY, |(_, onset_s)| onset_s);
+        let sample_time_s = isolator.sample_time_s();
+        let verdict = FaultVerdict::of(&run, place, onset, sample_time_s);
+        let alarm = verdict.alarm.map(|(time_s, leading)| FirstAlarm {
+            time_s,
+            delay_s: time_s - onset,
+            tag: names.get(leading).copied().unwrap_or_default().to_owned(),
+            statistic: ISOLATOR_STATISTIC.to_owned(),
+        });
+        let judged = Judged {
+            ratios,
+            sample_time_s,
+            false_alarms: verdict.false_alarms,
+            alarm,
+            naming: fault.map(|_| Naming::of(&verdict, place, &names)),
+        };
+        Ok(judged.by(fault.map(|(_, onset_s)| onset_s), self.horizon_s))
     }
 
     /// The judged samples: time, and the largest ratio of a statistic to its limit.
@@ -125,6 +168,51 @@ impl Judge {
             largest.map(|ratio| (time_s, ratio))
         });
         largest.collect()
+    }
+}
+
+/// What a bank and an isolator have in common.
+struct Judged {
+    /// The judged samples: time, and the largest ratio of a statistic to its limit.
+    ratios: Vec<(f64, f64)>,
+    sample_time_s: f64,
+    false_alarms: u64,
+    alarm: Option<FirstAlarm>,
+    naming: Option<Naming>,
+}
+
+impl Judged {
+    /// The judgement, with what lies before and after the onset told apart.
+    fn by(self, onset_s: Option<f64>, horizon_s: f64) -> Judgement {
+        let onset = onset_s.unwrap_or(f64::INFINITY);
+        let end = onset + horizon_s;
+        let ratios = self.ratios.iter();
+        let healthy = ratios.clone().filter(|(time_s, _)| *time_s < onset);
+        let after = ratios.filter(|(time_s, _)| (onset..=end).contains(time_s));
+        let alarm = self.alarm.as_ref();
+        Judgement {
+            healthy_s: healthy.clone().count() as f64 * self.sample_time_s,
+            false_alarms: self.false_alarms,
+            peak_before: healthy.map(|(_, ratio)| *ratio).reduce(f64::max),
+            peak_after: after.map(|(_, ratio)| *ratio).reduce(f64::max),
+            detected: onset_s.map(|_| alarm.is_some_and(|alarm| alarm.time_s <= end)),
+            alarm: self.alarm,
+            naming: self.naming,
+        }
+    }
+}
+
+impl TestLabel {
+    fn of(test: &ResidualTest) -> Self {
+        Self {
+            name: test.name.clone(),
+            tag: match &test.outputs[..] {
+                [tag] => tag.clone(),
+                _ => crate::bank_design::JOINT_TEST.to_owned(),
+            },
+            statistic: statistic_name(&test.evaluation.statistic),
+            limit: test.threshold.limit,
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use super::spec::Spec;
 use crate::error::CampaignError;
 
 /// Version of the folder's layout.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// The file `campaign.toml` of a folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use super::fault_summary::FaultSummary;
 use super::figures::figures;
 use super::folder::Folder;
-use super::summary::{FaultSummary, Summary};
+use super::summary::Summary;
 use crate::error::CampaignError;
 use crate::report::page::{Cell, Page};
 use crate::report::text::digits;

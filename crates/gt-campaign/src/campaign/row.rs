@@ -50,6 +50,27 @@ pub struct Row {
     pub alarm_tag: Option<String>,
     /// The statistic that raised it.
     pub alarm_statistic: Option<String>,
+    /// The name that stood five seconds after the alarm; this and what follows is of an isolator, on
+    /// a record with a fault.
+    pub named: Option<String>,
+    /// When it was given, in seconds.
+    pub named_s: Option<f64>,
+    /// See [`super::Naming::right`].
+    pub right: Option<bool>,
+    /// See [`super::Naming::ever_wrong`].
+    pub ever_wrong: Option<bool>,
+    /// The size found at the end of the record with its sign, under the fault's own hypothesis.
+    pub found_size: Option<f64>,
+    /// Lower end of its 95 % interval.
+    pub found_size_low: Option<f64>,
+    /// Upper end.
+    pub found_size_high: Option<f64>,
+    /// The onset found, in seconds, under the same.
+    pub found_onset_s: Option<f64>,
+    /// Lower end of its 95 % interval.
+    pub found_onset_low_s: Option<f64>,
+    /// Upper end.
+    pub found_onset_high_s: Option<f64>,
 }
 
 /// Whether a run is one.
@@ -113,6 +134,9 @@ impl Row {
         };
         let found = judgement.as_ref();
         let alarm = found.and_then(|found| found.alarm.as_ref());
+        let naming = found.and_then(|found| found.naming.as_ref());
+        let size = naming.and_then(|naming| naming.size);
+        let onset_s = naming.and_then(|naming| naming.onset_s);
         Self {
             run,
             case: drawn.map(|drawn| drawn.plan.case.number() as u64),
@@ -134,6 +158,16 @@ impl Row {
             delay_s: alarm.map(|alarm| alarm.delay_s),
             alarm_tag: alarm.map(|alarm| alarm.tag.clone()),
             alarm_statistic: alarm.map(|alarm| alarm.statistic.clone()),
+            named: naming.and_then(|naming| naming.named.clone()),
+            named_s: naming.and_then(|naming| naming.named_s),
+            right: naming.map(|naming| naming.right),
+            ever_wrong: naming.map(|naming| naming.ever_wrong),
+            found_size: size.map(|found| found.value),
+            found_size_low: size.map(|found| found.low),
+            found_size_high: size.map(|found| found.high),
+            found_onset_s: onset_s.map(|found| found.value),
+            found_onset_low_s: onset_s.map(|found| found.low),
+            found_onset_high_s: onset_s.map(|found| found.high),
         }
     }
 }
@@ -205,6 +239,16 @@ columns![
     delay_s,
     alarm_tag,
     alarm_statistic,
+    named,
+    named_s,
+    right,
+    ever_wrong,
+    found_size,
+    found_size_low,
+    found_size_high,
+    found_onset_s,
+    found_onset_low_s,
+    found_onset_high_s,
 ];
 
 impl Row {

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use gtfdi::fdi::Bank;
+use gt_log::DetectorFile;
 use gtfdi::plant::{
     Channel, Noise, PlantError, PlantParameters, Run, SAMPLE_TIME_S, Scenario, Variant,
     lanes_at_once, simulate_batch,
@@ -30,13 +30,13 @@ pub struct Campaign {
 }
 
 impl Campaign {
-    /// A campaign with a bank.
+    /// A campaign with a bank or an isolator.
     ///
     /// # Errors
     /// As [`Spec::noise`];
     /// [`CampaignError::Value`] for a bank that reads what the plant has not, or at another sample
     /// time.
-    pub fn new(spec: Spec, bank: Bank) -> Result<Self, CampaignError> {
+    pub fn new(spec: Spec, bank: DetectorFile) -> Result<Self, CampaignError> {
         let refused = |expected: String, found: String| {
             Err(CampaignError::Value(Problem::new("bank", expected, found)))
         };
@@ -106,14 +106,14 @@ impl Campaign {
         let judged = runs.iter().zip(&drawn).zip(records);
         judged
             .map(|((&run, drawn), record)| {
-                let onset_s = drawn.map(|drawn| drawn.onset_s);
+                let fault = drawn.map(|drawn| (drawn.plan.case.name(), drawn.onset_s));
                 let outcome: Result<Judgement, RunFailure> = match record {
                     Err(error)
                     | Ok(Run {
                         ended: Some(error), ..
                     }) => Err(RunFailure::from(&error)),
                     Ok(record) => {
-                        let judged = self.judge.judge(&record.measured, onset_s);
+                        let judged = self.judge.judge(&record.measured, fault);
                         Ok(judged.during(&format!("run {run}"))?)
                     }
                 };
@@ -233,11 +233,22 @@ pub fn prepare_single(
 }
 
 /// The bank of a specification, of its file or made.
-fn bank_of(spec: &Spec, spec_path: &Path, progress: &dyn Progress) -> Result<Bank, CampaignError> {
+fn bank_of(
+    spec: &Spec,
+    spec_path: &Path,
+    progress: &dyn Progress,
+) -> Result<DetectorFile, CampaignError> {
     match (&spec.bank, spec.bank_file(spec_path)) {
-        (BankChoice::Tests(family), _) => spec.make_bank(family, &spec.noise()?, progress),
-        (_, Some(path)) => Ok(gt_log::read_json(&path)?),
-        (BankChoice::File(path), None) => Ok(gt_log::read_json(path)?),
+        (BankChoice::Tests(family), _) => {
+            let bank = spec.make_bank(family, &spec.noise()?, progress)?;
+            Ok(DetectorFile::Bank(bank))
+        }
+        (BankChoice::Isolator(family), _) => {
+            let isolator = spec.make_isolator(*family, &spec.noise()?, progress)?;
+            Ok(DetectorFile::Isolator(Box::new(isolator)))
+        }
+        (_, Some(path)) => Ok(DetectorFile::read(&path)?),
+        (BankChoice::File(path), None) => Ok(DetectorFile::read(path)?),
     }
 }
 

@@ -11,6 +11,10 @@ use crate::error::{CampaignError, During as _};
 /// Run index of the record that the model is identified from, and the noise measured by: beyond
 /// those of all runs.
 pub(super) const MODEL_INDEX: u64 = 1 << 62;
+/// Run index of the first of the records that the limits are set on.
+pub(super) const HEALTHY_INDEX: u64 = MODEL_INDEX + 1;
+/// Run index of the records that show what faults do, beyond all healthy ones.
+pub(super) const TEACHING_INDEX: u64 = MODEL_INDEX + (1 << 32);
 
 impl Spec {
     /// The noise of all records of the campaign. A level that is a share of what signals do is one of

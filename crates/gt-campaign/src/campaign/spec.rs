@@ -46,6 +46,7 @@ use crate::error::CampaignError;
 /// arl0_h = 24.0                        # of all tests together
 /// calibration_h = 24.0
 /// tests = [{ statistic = "cusum", allowance = 0.5 }]
+/// # isolator = true                    # in place of tests: names the fault, its onset and its size
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -251,7 +252,7 @@ impl Spec {
         let folder = path.parent().unwrap_or(Path::new(""));
         match &self.bank {
             BankChoice::File(file) => Some(folder.join(file)),
-            BankChoice::Tests(_) => None,
+            BankChoice::Tests(_) | BankChoice::Isolator(_) => None,
         }
     }
 

@@ -237,6 +237,10 @@ mod tests {
             delay_s: Some(0.08),
             alarm_tag: Some("t3".into()),
             alarm_statistic: Some("cusum".into()),
+            named: Some("none of these".into()),
+            right: Some(false),
+            found_size: Some(-0.31),
+            ..Row::blank()
         };
         vec![full, Row::blank()]
     }

@@ -3,7 +3,7 @@
 use gtfdi::core::Dataset;
 use gtfdi::plant::FaultCase;
 
-use super::preparation::ramp;
+use super::recipe::ramp;
 use super::setting::Setting;
 use crate::error::CampaignError;
 

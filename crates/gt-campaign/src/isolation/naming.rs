@@ -1,12 +1,14 @@
 //! Whether the fault is called by its name, since when and how large it is said to be.
 
-use gtfdi::fdi::{Finding, IsolationEvent};
+use gtfdi::fdi::{Finding, IsolationRun};
 use gtfdi::plant::{FaultCase, SAMPLE_TIME_S};
 use rand::{RngExt as _, SeedableRng as _};
 use rand_chacha::ChaCha12Rng;
 use serde::Serialize;
 
-use super::preparation::{Prepared, ramp};
+use super::preparation::Prepared;
+use super::recipe::ramp;
+use super::verdict::{FaultVerdict, Found, SIZE_TOLERANCE};
 use crate::campaign::Proportion;
 use crate::error::{CampaignError, During as _};
 
@@ -18,10 +20,6 @@ const ONSETS_S: [f64; 2] = [120.0, 180.0];
 const RISE_S: f64 = 60.0;
 /// Seconds after the latest onset at which runs end: the fault has had its size for a minute.
 const AFTER_S: f64 = 120.0;
-/// Seconds after the alarm in which a name counts as in time.
-const IN_TIME_S: f64 = 5.0;
-/// Relative error of a size that counts as right.
-const SIZE_TOLERANCE: f64 = 0.15;
 
 /// Seeded runs with a random case, sign, onset and size.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -128,53 +126,25 @@ impl NamingStudy {
     }
 }
 
-fn judge(run: &gtfdi::fdi::IsolationRun, case: usize, size: f64, onset_s: f64) -> NamingRow {
-    let mut row = NamingRow {
+fn judge(run: &IsolationRun, case: usize, size: f64, onset_s: f64) -> NamingRow {
+    let verdict = FaultVerdict::of(run, Some(case), onset_s, SAMPLE_TIME_S);
+    let number = |finding| match finding {
+        Finding::Named(place) => place + 1,
+        _ => 0,
+    };
+    let interval = |found: Found| [found.low, found.high];
+    NamingRow {
         case: case + 1,
         size,
         onset_s,
-        alarm_s: None,
-        false_alarm: false,
-        named: None,
-        ever_wrong: false,
-        magnitude: None,
-        magnitude_interval: None,
-        onset_interval_s: None,
-    };
-    let mut up = false;
-    for event in &run.events {
-        match event {
-            IsolationEvent::Alarm { time_s, .. } if *time_s <= onset_s => {
-                (row.false_alarm, up) = (true, true);
-            }
-            IsolationEvent::Alarm { time_s, .. } => {
-                row.alarm_s.get_or_insert(*time_s);
-            }
-            IsolationEvent::End { .. } => up = false,
-            IsolationEvent::Name { time_s, finding } if *time_s > onset_s && !up => {
-                let name = match finding {
-                    Finding::Named(place) => place + 1,
-                    _ => 0,
-                };
-                row.ever_wrong |= name != case + 1;
-                let in_time = row
-                    .alarm_s
-                    .is_some_and(|alarm| *time_s <= alarm + IN_TIME_S);
-                if in_time {
-                    row.named = Some(name);
-                }
-            }
-            IsolationEvent::Name { .. } => {}
-        }
+        alarm_s: verdict.alarm.map(|(time_s, _)| time_s),
+        false_alarm: verdict.false_alarms > 0,
+        named: verdict.named.map(|(finding, _)| number(finding)),
+        ever_wrong: verdict.ever_wrong,
+        magnitude: verdict.size.map(|found| found.value),
+        magnitude_interval: verdict.size.map(interval),
+        onset_interval_s: verdict.onset_s.map(interval),
     }
-    if let (Some(_), Some(last)) = (row.alarm_s, run.alarms.last()) {
-        let own = last.diagnosis.hypotheses[case];
-        row.magnitude = Some(own.magnitude);
-        row.magnitude_interval = Some([own.magnitude_low, own.magnitude_high]);
-        let at = |age: f64| last.diagnosed_s - age * SAMPLE_TIME_S;
-        row.onset_interval_s = Some([at(own.age_high), at(own.age_low)]);
-    }
-    row
 }
 
 impl NamingSummary {

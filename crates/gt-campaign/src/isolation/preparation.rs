@@ -1,20 +1,16 @@
 //! From records of a setting to an isolator.
 
 use gtfdi::core::Dataset;
-use gtfdi::fdi::{
-    EffectPair, FaultEffect, FaultHypothesis, FdiError, IsolationDesign, IsolationDetector,
-    Isolator, JointWhitening, ResidualGenerator,
-};
-use gtfdi::ident::eiv::EivIdentification;
-use gtfdi::ident::{Arx, OrderChoice, OrderKind};
-use gtfdi::plant::{Fault, FaultCase, NoiseLevel, SAMPLE_TIME_S};
-use nalgebra::Complex;
+use gtfdi::fdi::{FdiError, IsolationDetector, Isolator};
+use gtfdi::ident::eiv::{EivIdentification, IdentifiedEiv};
+use gtfdi::ident::{Arx, ArxModel, OrderChoice, OrderKind};
+use gtfdi::plant::{Fault, NoiseLevel};
 
 use super::limit::Watcher;
 use super::paper_scheme::PaperScheme;
+use super::recipe::{IsolatorRecipe, TEACHING_S};
 use super::setting::Setting;
 use crate::error::{CampaignError, During as _};
-use crate::isolator_design::joint_kalman_generator;
 use crate::paper;
 
 /// Length of the identification record, in seconds.
@@ -27,22 +23,6 @@ const TEACHING_INDEX: u64 = 50;
 const HEALTHY_INDEX: u64 = 100;
 /// Order of the models with noise: two by the likelihood's BIC.
 const NOISY_ORDER: usize = 2;
-/// Course of the faults that teach the effects: a ramp from 60 s to 120 s, then held to 300 s.
-const TEACHING_ONSET_S: f64 = 60.0;
-const TEACHING_RISE_S: f64 = 60.0;
-const TEACHING_S: f64 = 300.0;
-/// Sizes of those faults in the cases' units, without noise and with it.
-const QUIET_SIZES: [f64; 4] = [0.5, 0.5, 0.5, 0.02];
-const NOISY_SIZES: [f64; 4] = [2.0, 2.0, 2.0, 0.6];
-/// Lag round which the effect of a lagging actuator is linear where there is noise, and samples on
-/// either side of its rate.
-const NOMINAL_LAG_S: f64 = 0.4;
-const NOISY_HALF_WIDTH: usize = 6;
-const QUIET_HALF_WIDTH: usize = 1;
-/// Where bursts are cut, in robust deviations: normal noise has none, but model errors are mostly
-/// bursts, at each movement of the valve.
-const NOISY_LIMITER: f64 = 4.0;
-const QUIET_LIMITER: f64 = 2.5;
 
 /// How an isolator is made from records of a setting.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,10 +91,12 @@ impl Preparation {
                 .records(&[healthy_run(IDENTIFICATION_INDEX)], IDENTIFICATION_S)?
                 .remove(0);
             let models = if noisy {
-                noisy_generators(setting, &training)?
+                let identified = noisy_model(setting, &training)?;
+                let remarks = identified.remarks.iter().map(ToString::to_string).collect();
+                let model = identified.model.relation().clone();
+                (model, Some(identified.model), remarks)
             } else {
-                let generators = quiet_generators(setting, &training)?;
-                (generators, Vec::new(), Vec::new())
+                (quiet_model(setting, &training)?, None, Vec::new())
             };
             Ok::<_, CampaignError>((training, models))
         };
@@ -125,126 +107,50 @@ impl Preparation {
             setting.records(&runs, 3600.0 / RECORDS_AN_HOUR as f64)
         };
         let (models, healthy) = rayon::join(models, healthy);
-        let (training, (generators, input_deviations, remarks)) = models?;
+        let (training, (model, noise, remarks)) = models?;
         let healthy = healthy?;
-        let whitening = IsolationDesign::whitening(&generators, &healthy).during("whitening")?;
-        let faults = hypotheses(setting, &generators, &whitening, noisy)?;
-        let mut design = IsolationDesign::new(faults)
-            .arl0_hours(self.arl0_hours)
-            .half_width(if noisy {
-                NOISY_HALF_WIDTH
-            } else {
-                QUIET_HALF_WIDTH
-            })
-            .limiter(if noisy { NOISY_LIMITER } else { QUIET_LIMITER });
-        for (tag, deviation) in input_deviations {
-            design = design.input_deviation(tag, deviation);
-        }
         let name = setting.map_set.to_string();
+        let recipe = IsolatorRecipe {
+            name: &name,
+            model: &model,
+            noise: noise.as_ref(),
+            arl0_hours: self.arl0_hours,
+        };
+        let quiet = setting.without_noise();
+        let teach = |faults: &[Vec<Fault>]| {
+            let runs: Vec<_> = faults
+                .iter()
+                .map(|faults| (TEACHING_INDEX, faults.clone()))
+                .collect();
+            quiet.records(&runs, TEACHING_S)
+        };
         let (isolator, scheme) = rayon::join(
-            || design.calibrate(name, generators, &healthy),
+            || recipe.make(&healthy, teach),
             || PaperScheme::new(setting, &training, &healthy),
         );
         Ok(Prepared {
             setting: setting.clone(),
-            isolator: isolator.during("isolator")?,
+            isolator: isolator?,
             scheme: scheme?,
             remarks,
         })
     }
 }
 
-/// Output minus the free run of an ARX model, of each output.
-fn quiet_generators(
-    setting: &Setting,
-    training: &Dataset,
-) -> Result<Vec<ResidualGenerator>, CampaignError> {
+/// The model of the paper, with the inputs of the same sample.
+fn quiet_model(setting: &Setting, training: &Dataset) -> Result<ArxModel, CampaignError> {
     let what = "models without noise";
-    let outputs = setting.outputs().len();
     let nk = vec![0; setting.inputs().len()];
     let structure = OrderKind::Diagonal { nk }
-        .structure(paper::ORDER, outputs)
+        .structure(paper::ORDER, setting.outputs().len())
         .during(what)?;
-    let model = Arx::new(structure).fit(training).during(what)?;
-    (0..outputs)
-        .map(|output| {
-            let part = model.output_model(output).during(what)?;
-            let poles: Vec<Complex<f64>> = part
-                .model
-                .a()
-                .complex_eigenvalues()
-                .iter()
-                .copied()
-                .collect();
-            // An observer whose poles are the model's does not correct: its residual is that of
-            // the free run.
-            ResidualGenerator::observer_complex(part.model, part.point, &poles).during(what)
-        })
-        .collect()
+    Arx::new(structure).fit(training).during(what)
 }
 
-type Noisy = (Vec<ResidualGenerator>, Vec<(String, f64)>, Vec<String>);
-
-/// One Kalman filter for all outputs and the identified noise, with that of the inputs.
-fn noisy_generators(setting: &Setting, training: &Dataset) -> Result<Noisy, CampaignError> {
-    let what = "models with noise";
-    let identified = EivIdentification::new(OrderChoice::Given(NOISY_ORDER))
+/// Errors in variables, with the noise of all channels.
+fn noisy_model(setting: &Setting, training: &Dataset) -> Result<IdentifiedEiv, CampaignError> {
+    EivIdentification::new(OrderChoice::Given(NOISY_ORDER))
         .nk(vec![0; setting.inputs().len()])
         .identify(training)
-        .during(what)?;
-    let filter = joint_kalman_generator(&identified.model)?;
-    let tags = setting.inputs().into_iter().map(str::to_owned);
-    let noise = identified.model.input_noise().iter();
-    let deviations = tags
-        .zip(noise.map(|channel| channel.variance.sqrt()))
-        .collect();
-    let remarks = identified.remarks.iter().map(ToString::to_string).collect();
-    Ok((vec![filter], deviations, remarks))
-}
-
-/// The four cases as hypotheses.
-fn hypotheses(
-    setting: &Setting,
-    generators: &[ResidualGenerator],
-    whitening: &JointWhitening,
-    noisy: bool,
-) -> Result<Vec<FaultHypothesis>, CampaignError> {
-    let sizes = if noisy { NOISY_SIZES } else { QUIET_SIZES };
-    let quiet = setting.without_noise();
-    let mut hypotheses = Vec::new();
-    for (case, size) in FaultCase::ALL.into_iter().zip(sizes) {
-        let fault = ramp(case, TEACHING_ONSET_S, TEACHING_RISE_S, size);
-        let runs = [
-            (TEACHING_INDEX, vec![]),
-            (TEACHING_INDEX, vec![fault.clone()]),
-        ];
-        let pair = quiet.records(&runs, TEACHING_S)?;
-        let course: Vec<f64> = (0..pair[1].len())
-            .map(|sample| fault.magnitude(sample as f64 * SAMPLE_TIME_S))
-            .collect();
-        let pairs = [EffectPair {
-            faulty: &pair[1],
-            healthy: &pair[0],
-            sizes: &course,
-        }];
-        let effect = if case == FaultCase::FuelActuatorLag {
-            let actuator = (paper::INPUTS[1], if noisy { NOMINAL_LAG_S } else { 0.0 });
-            FaultEffect::learn_lag(generators, whitening, actuator, &pairs)
-        } else {
-            FaultEffect::learn(generators, whitening, &pairs)
-        };
-        hypotheses.push(FaultHypothesis {
-            name: case.name().to_owned(),
-            unit: case.unit().to_owned(),
-            // A compressor fouls, a turbine wears and an actuator slows; a sensor drifts either way.
-            both_signs: case == FaultCase::ThermocoupleDrift,
-            effect: effect.during(case.name())?,
-        });
-    }
-    Ok(hypotheses)
-}
-
-/// A fault that grows evenly from its onset to its size, with its sign, and stays there.
-pub(crate) fn ramp(case: FaultCase, onset_s: f64, rise_s: f64, size: f64) -> Fault {
-    Fault::growing(case, onset_s, size / rise_s * 3600.0, Some(size.abs()))
+        .during("models with noise")
 }

@@ -4,8 +4,8 @@ mod isolator;
 
 use std::path::Path;
 
-use gt_log::{RunMetadata, read_json, write_verdicts};
-use gtfdi::fdi::{Alarm, Bank, FalseAlarmRate, Isolator, MeanTime, StatisticKind};
+use gt_log::{DetectorFile, RunMetadata, write_verdicts};
+use gtfdi::fdi::{Alarm, Bank, FalseAlarmRate, MeanTime, StatisticKind};
 use serde::Serialize;
 
 use super::SCHEMA_VERSION;
@@ -75,26 +75,38 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         check_out(out, &[path, bank_path])?;
     }
     let rows = args.rows.as_ref().map(|rows| rows.0.clone());
-    if is_isolator(bank_path)? {
-        let isolator: Isolator = read_json(bank_path).map_err(Failure::input)?;
-        let (inputs, outputs) = (isolator.inputs(), isolator.outputs());
-        let wanted = selection(inputs, outputs, &args.reading, rows);
-        let Read { imported, warnings } =
-            read_for(path, &wanted, bank_path, isolator.sample_time_s())?;
-        let report = isolator::detect(&isolator, path, &imported, warnings, args.out.as_deref())?;
-        if global.json {
-            print_json(&report)?;
-        } else {
-            print(&isolator::text(&report))?;
+    let detector = DetectorFile::read(bank_path).map_err(Failure::input)?;
+    let wanted = selection(detector.inputs(), detector.outputs(), &args.reading, rows);
+    let read = read_for(path, &wanted, bank_path, detector.sample_time_s())?;
+    let found = match detector {
+        DetectorFile::Bank(bank) => detect(&bank, path, read, args.out.as_deref(), global)?,
+        DetectorFile::Isolator(isolator) => {
+            let Read { imported, warnings } = read;
+            let out = args.out.as_deref();
+            let report = isolator::detect(&isolator, path, &imported, warnings, out)?;
+            if global.json {
+                print_json(&report)?;
+            } else {
+                print(&isolator::text(&report))?;
+            }
+            !report.alarms.is_empty()
         }
-        return Ok(outcome(&args, !report.alarms.is_empty()));
-    }
-    let bank: Bank = read_json(bank_path).map_err(Failure::input)?;
-    let wanted = selection(bank.inputs(), bank.outputs(), &args.reading, rows);
+    };
+    Ok(outcome(&args, found))
+}
+
+/// Runs a bank over a record and prints what it found; whether there was an alarm.
+fn detect(
+    bank: &Bank,
+    path: &Path,
+    read: Read,
+    out: Option<&Path>,
+    global: &GlobalArgs,
+) -> Result<bool, Failure> {
     let Read {
         imported,
         mut warnings,
-    } = read_for(path, &wanted, bank_path, bank.sample_time_s())?;
+    } = read;
     let data = &imported.dataset;
     let run = bank
         .run(data)
@@ -106,14 +118,14 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
             warnings.push(warning);
         }
     }
-    if let Some(out) = &args.out {
+    if let Some(out) = out {
         let metadata = RunMetadata {
             seed: None,
             run_index: None,
             config_toml: String::new(),
             data_sha256: Some(imported.sha256.clone()),
         };
-        write_verdicts(out, &bank, data, &run, &metadata).map_err(Failure::failed)?;
+        write_verdicts(out, bank, data, &run, &metadata).map_err(Failure::failed)?;
     }
     let report = Report {
         schema_version: SCHEMA_VERSION,
@@ -143,14 +155,14 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         false_alarms_per_hour: bank.false_alarms(),
         input_sha256: &imported.sha256,
         warnings,
-        out: args.out.as_deref(),
+        out,
     };
     if global.json {
         print_json(&report)?;
     } else {
         print(&text(&report))?;
     }
-    Ok(outcome(&args, !run.alarms.is_empty()))
+    Ok(!run.alarms.is_empty())
 }
 
 /// How the verb ends.
@@ -159,12 +171,6 @@ fn outcome(args: &DetectArgs, alarm: bool) -> Outcome {
         Some(FailOn::Alarm) if alarm => Outcome::Found,
         _ => Outcome::Done,
     }
-}
-
-/// Whether a file is that of an isolator rather than of a bank.
-fn is_isolator(path: &Path) -> Result<bool, Failure> {
-    let document: serde_json::Value = read_json(path).map_err(Failure::input)?;
-    Ok(document.get("fields").is_some())
 }
 
 /// What to say of an output that was judged on fewer samples than the record holds after the first

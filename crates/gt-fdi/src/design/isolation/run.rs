@@ -7,7 +7,7 @@ use super::isolator::Isolator;
 use super::monitor::{IsolationEvent, IsolationMonitor};
 use crate::FdiError;
 use crate::design::channels::Channels;
-use crate::runtime::{Diagnosis, Finding};
+use crate::runtime::{Diagnosis, Finding, IsolationVerdict};
 
 /// An alarm with what was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -104,6 +104,18 @@ impl Isolator {
     /// # Errors
     /// [`FdiError::MissingTags`] and [`FdiError::SampleTime`] when the record does not fit.
     pub fn run(&self, data: &Dataset) -> Result<IsolationRun, FdiError> {
+        self.run_with(data, |_| {})
+    }
+
+    /// The same, and shows every sample's verdict to `watch`.
+    ///
+    /// # Errors
+    /// As [`Isolator::run`].
+    pub fn run_with(
+        &self,
+        data: &Dataset,
+        mut watch: impl FnMut(&IsolationVerdict),
+    ) -> Result<IsolationRun, FdiError> {
         let (inputs, outputs) = (self.inputs(), self.outputs());
         let mut channels = Channels::of(data, self.sample_time_s(), &inputs, &outputs)?;
         let mut monitor = IsolationMonitor::new(self)?;
@@ -119,6 +131,7 @@ impl Isolator {
             let events = monitor.step(data.time_s(sample), u, y)?.to_vec();
             run.take(&events, monitor.diagnosis());
             let verdict = monitor.verdict();
+            watch(verdict);
             run.judged += usize::from(!verdict.settling);
             let ratio = verdict.worst_ratio(self.limits());
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
