@@ -1,8 +1,13 @@
 //! The charts of a campaign.
 
+use std::path::Path;
+
 use super::fault_summary::FaultSummary;
+use super::roc::RocPoint;
 use super::summary::Summary;
-use crate::report::chart::{Chart, Series};
+use crate::error::CampaignError;
+use crate::report::Scale;
+use crate::report::chart::{Chart, Mark, Series};
 
 /// Points of a distribution's curve.
 const POINTS: u32 = 200;
@@ -13,12 +18,26 @@ pub(super) struct Figure {
     pub caption: String,
 }
 
+impl Figure {
+    /// Writes the chart and its numbers into a folder.
+    pub(super) fn write(&self, folder: &Path) -> Result<(), CampaignError> {
+        let chart = &self.chart;
+        for (extension, text) in [("svg", chart.stand_alone()), ("csv", chart.csv())] {
+            let path = folder.join(format!("{}.{extension}", chart.id));
+            gt_log::write_atomically(&path, text.as_bytes())?;
+        }
+        Ok(())
+    }
+}
+
 /// All charts.
 pub(super) fn figures(summary: &Summary) -> Vec<Figure> {
     let faults = summary.faults.iter().filter(|fault| fault.detected.of > 0);
     let mut figures: Vec<Figure> = faults.filter_map(detection).collect();
     figures.extend(delays(summary));
+    figures.extend(limits_in_time(summary));
     figures.extend(roc(summary));
+    figures.extend(limits_over_rate(summary));
     figures
 }
 
@@ -26,7 +45,7 @@ fn name(fault: &FaultSummary) -> String {
     format!("case {} ({})", fault.case, fault.waveform)
 }
 
-fn series(label: &str, values: Vec<f64>, dashed: bool) -> Series {
+pub(super) fn series(label: &str, values: Vec<f64>, dashed: bool) -> Series {
     Series {
         label: label.to_owned(),
         values,
@@ -68,8 +87,7 @@ fn detection(fault: &FaultSummary) -> Option<Figure> {
                 series("low", of(|found| found.low), true),
                 series("high", of(|found| found.high), true),
             ],
-            limits: Vec::new(),
-            marks: Vec::new(),
+            ..Chart::default()
         },
     })
 }
@@ -105,55 +123,130 @@ fn delays(summary: &Summary) -> Option<Figure> {
             y_label: "share detected".to_owned(),
             series: curves.collect(),
             x,
-            limits: Vec::new(),
-            marks: Vec::new(),
+            ..Chart::default()
         },
     })
 }
 
-/// Detections against false alarms.
-fn roc(summary: &Summary) -> Option<Figure> {
-    // Higher limits first, so that the false alarms grow; of equal shares the best is the curve.
-    let mut points: Vec<_> = summary.roc.iter().rev().collect();
+/// The size that is found, over the time that there is for it.
+fn limits_in_time(summary: &Summary) -> Option<Figure> {
+    let faults = summary.faults.iter().filter(|fault| fault.detected.of > 0);
+    let seen = |fault: &&FaultSummary| fault.size_limits.iter().any(|own| own.limit.size.is_some());
+    let faults: Vec<&FaultSummary> = faults.filter(seen).collect();
+    let first = faults.first()?;
+    let curves = faults.iter().map(|fault| {
+        let sizes = fault.size_limits.iter().map(|own| own.limit.size);
+        let label = format!("{} [{}]", name(fault), fault.unit);
+        let sizes = sizes.map(|size| size.unwrap_or(f64::NAN));
+        series(&label, sizes.collect(), false)
+    });
+    Some(Figure {
+        caption:
+            "The size that is detected with probability .95 within a time after the onset; no \
+                  point where it is none of the sizes drawn."
+                .to_owned(),
+        chart: Chart {
+            id: "limits_in_time".to_owned(),
+            title: "Detectable size".to_owned(),
+            x_label: "time after the onset [s]".to_owned(),
+            y_label: "size".to_owned(),
+            series: curves.collect(),
+            x: first.size_limits.iter().map(|own| own.within_s).collect(),
+            x_scale: Scale::Logarithmic,
+            y_scale: Scale::Logarithmic,
+            ..Chart::default()
+        },
+    })
+}
+
+/// Rates of false alarms from low to high, each with the best point that has it.
+fn by_rate(summary: &Summary) -> Vec<(f64, &RocPoint)> {
+    // Higher limits first, so that the false alarms grow.
+    let points = summary.roc.iter().rev();
+    let rates = points.filter_map(|point| Some((point.false_alarms_per_hour?, point)));
+    let mut points: Vec<_> = rates.filter(|(rate, _)| *rate > 0.0).collect();
+    // Of equal rates the lowest limits, which detect most.
     points.dedup_by(|next, kept| {
-        let same = next.false_alarm.count == kept.false_alarm.count;
+        let same = next.1.false_alarm.count == kept.1.false_alarm.count;
         if same {
             *kept = *next;
         }
         same
     });
-    let x: Vec<f64> = points
-        .iter()
-        .filter_map(|point| point.false_alarm.share)
-        .collect();
-    if x.len() < 2 {
+    points
+}
+
+/// What lower and higher limits would give, over the rate of false alarms that they would.
+fn over_rate(
+    summary: &Summary,
+    value: impl Fn(&RocPoint, usize) -> Option<f64>,
+    label: impl Fn(&FaultSummary) -> String,
+) -> Option<Chart> {
+    let points = by_rate(summary);
+    if points.len() < 2 {
         return None;
     }
-    let faults = summary
-        .faults
-        .iter()
-        .enumerate()
-        .filter(|(_, fault)| fault.detected.of > 0);
-    let curves = faults.map(|(place, fault)| {
-        let shares = points.iter().map(|point| {
-            let found = point.detected_by_fault.get(place);
-            found.and_then(|found| found.share).unwrap_or(f64::NAN)
-        });
-        series(&name(fault), shares.collect(), false)
+    let faults = summary.faults.iter().enumerate();
+    let faults = faults.filter(|(_, fault)| fault.detected.of > 0);
+    let curves = faults.filter_map(|(place, fault)| {
+        let values = points.iter().map(|(_, point)| value(point, place));
+        let values: Vec<f64> = values.map(|own| own.unwrap_or(f64::NAN)).collect();
+        let seen = values.iter().any(|own| own.is_finite());
+        seen.then(|| series(&label(fault), values, false))
     });
+    Some(Chart {
+        x_label: "false alarms an hour".to_owned(),
+        x: points.iter().map(|(rate, _)| *rate).collect(),
+        series: curves.collect(),
+        x_scale: Scale::Logarithmic,
+        marks: summary
+            .arl0_h
+            .into_iter()
+            .map(|hours| Mark {
+                at: 1.0 / hours,
+                label: "asked for".to_owned(),
+            })
+            .filter(|mark| points.first().is_some_and(|(least, _)| mark.at >= *least))
+            .collect(),
+        ..Chart::default()
+    })
+    .filter(|chart| !chart.series.is_empty())
+}
+
+/// Detections against false alarms, as events.
+fn roc(summary: &Summary) -> Option<Figure> {
+    let share = |point: &RocPoint, place: usize| point.detected_by_fault.get(place)?.share;
+    let chart = over_rate(summary, share, name)?;
     Some(Figure {
-        caption: "All limits multiplied by one factor: share of the faulty runs with a detection \
-                  against share of all runs with a false alarm before the onset."
-            .to_owned(),
+        caption:
+            "All limits multiplied by one factor: share of the faults that are detected by the \
+                  horizon, over the rate of alarms without a fault."
+                .to_owned(),
         chart: Chart {
             id: "roc".to_owned(),
             title: "Detections against false alarms".to_owned(),
-            x_label: "share of runs with a false alarm".to_owned(),
             y_label: "share detected".to_owned(),
-            series: curves.collect(),
-            x,
-            limits: Vec::new(),
-            marks: Vec::new(),
+            ..chart
+        },
+    })
+}
+
+/// What another false-alarm rate would cost.
+fn limits_over_rate(summary: &Summary) -> Option<Figure> {
+    let size = |point: &RocPoint, place: usize| point.size_limit_by_fault.get(place)?.size;
+    let label = |fault: &FaultSummary| format!("{} [{}]", name(fault), fault.unit);
+    let chart = over_rate(summary, size, label)?;
+    Some(Figure {
+        caption:
+            "All limits multiplied by one factor: the size that is detected with probability .95 \
+                  by the horizon, over the rate of alarms without a fault."
+                .to_owned(),
+        chart: Chart {
+            id: "limits_over_rate".to_owned(),
+            title: "Detectable size against false alarms".to_owned(),
+            y_label: "size".to_owned(),
+            y_scale: Scale::Logarithmic,
+            ..chart
         },
     })
 }

@@ -316,6 +316,14 @@ struct ChunkFile<'a> {
     digits: &'a str,
 }
 
+/// What a folder says of the campaign in it; nothing is changed in it.
+///
+/// # Errors
+/// As [`Manifest::read`].
+pub(super) fn manifest_of(folder: &Path) -> Result<Manifest, CampaignError> {
+    Manifest::read(&folder.join(MANIFEST))
+}
+
 /// The rows of a campaign that is finished.
 ///
 /// # Errors

@@ -31,6 +31,29 @@ pub struct NamingCounts {
 }
 
 impl NamingCounts {
+    /// Heads of [`NamingCounts::cells`].
+    pub const HEAD: [&'static str; 6] = [
+        "named right %",
+        "ever wrong %",
+        "undecided %",
+        "size within 15 %",
+        "size in interval %",
+        "onset in interval %",
+    ];
+
+    /// All shares in percent with their intervals.
+    pub fn cells(&self) -> [String; 6] {
+        [
+            self.right,
+            self.ever_wrong,
+            self.undecided,
+            self.size_within_15_percent,
+            self.size_in_interval,
+            self.onset_in_interval,
+        ]
+        .map(|own| own.to_string())
+    }
+
     /// Counts the runs with a fault; `None` where nothing gives names.
     pub(super) fn of<'a>(rows: impl Iterator<Item = &'a Row>) -> Option<Self> {
         let judged = rows.filter(|row| row.right.is_some());
@@ -135,5 +158,84 @@ impl Confusion {
             names,
             runs,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(fault: &str, detected: bool, named: Option<&str>, right: bool) -> Row {
+        Row {
+            fault: Some(fault.to_owned()),
+            size: Some(2.0),
+            sign: Some(-1.0),
+            onset_s: Some(10.0),
+            detected: Some(detected),
+            named: named.map(str::to_owned),
+            right: Some(right),
+            ever_wrong: Some(named.is_some() && !right),
+            ..Row::blank()
+        }
+    }
+
+    #[test]
+    fn shares_are_of_what_they_say() {
+        let (one, two) = ("compressor_fouling", "thermocouple_drift");
+        let rows = [
+            Row {
+                found_size: Some(-2.2),
+                found_size_low: Some(-2.1),
+                found_size_high: Some(-1.0),
+                found_onset_low_s: Some(9.0),
+                found_onset_high_s: Some(10.0),
+                ..row(one, true, Some(one), true)
+            },
+            // The size has the wrong sign, and the onset is off.
+            Row {
+                found_size: Some(2.0),
+                found_size_low: Some(1.0),
+                found_size_high: Some(3.0),
+                found_onset_low_s: Some(10.5),
+                found_onset_high_s: Some(11.0),
+                ..row(two, true, Some(one), false)
+            },
+            row(two, true, None, false),
+            row(
+                two,
+                true,
+                Some("compressor_fouling and thermocouple_drift"),
+                false,
+            ),
+            row(two, true, Some(NONE_OF_THESE), false),
+            // What came too late is not counted, whatever it was called.
+            row(two, false, Some(two), true),
+        ];
+        let counts = NamingCounts::of(rows.iter()).expect("counts");
+        let pairs = |own: Proportion| (own.count, own.of);
+        assert_eq!(pairs(counts.right), (1, 4));
+        assert_eq!(pairs(counts.ever_wrong), (3, 5));
+        assert_eq!(pairs(counts.undecided), (1, 5));
+        assert_eq!(pairs(counts.size_within_15_percent), (1, 2));
+        assert_eq!(pairs(counts.size_in_interval), (1, 2));
+        assert_eq!(pairs(counts.onset_in_interval), (1, 2));
+
+        let whole: Vec<&Row> = rows.iter().collect();
+        let confusion = Confusion::of(&[one, two, two], &whole);
+        assert_eq!(confusion.faults, [one, two]);
+        // Fouling, drift, damage, lag, none of these, two at once, undecided, undetected.
+        assert_eq!(confusion.runs[0], [1, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(confusion.runs[1], [1, 0, 0, 0, 1, 1, 1, 1]);
+    }
+
+    #[test]
+    fn a_bank_names_nothing() {
+        let rows = [Row {
+            right: None,
+            ..row("compressor_fouling", true, None, false)
+        }];
+        assert_eq!(NamingCounts::of(rows.iter()), None);
+        let confusion = Confusion::of(&["compressor_fouling"], &[&rows[0]]);
+        assert!(confusion.names.is_empty() && confusion.runs == [Vec::<u64>::new()]);
     }
 }

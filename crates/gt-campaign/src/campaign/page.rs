@@ -5,6 +5,7 @@ use std::path::Path;
 use super::fault_summary::FaultSummary;
 use super::figures::figures;
 use super::folder::Folder;
+use super::naming_summary::NamingCounts;
 use super::summary::Summary;
 use crate::error::CampaignError;
 use crate::report::page::{Cell, Page};
@@ -23,10 +24,7 @@ impl Summary {
             source,
         })?;
         for figure in figures(self) {
-            let file =
-                |extension: &str| figures_path.join(format!("{}.{extension}", figure.chart.id));
-            write(&file("svg"), &figure.chart.stand_alone())?;
-            write(&file("csv"), &figure.chart.csv())?;
+            figure.write(&figures_path)?;
         }
         gt_log::write_json(&path.join("summary.json"), self)?;
         write(
@@ -60,6 +58,7 @@ impl Summary {
                 "detected %",
                 "median delay s",
                 "90 % within s",
+                "found from size",
                 "first alarm",
             ],
             &rows,
@@ -81,6 +80,7 @@ impl Summary {
             page.figure(&figure.chart, &figure.caption);
         }
         page.note(&self.definition);
+        self.naming_section(&mut page);
         page.section("sizes", "By size");
         for fault in self.faults.iter().filter(|fault| fault.detected.of > 0) {
             page.heading(&format!("{}, {}", fault.fault, fault.waveform));
@@ -118,6 +118,42 @@ impl Summary {
     }
 }
 
+impl Summary {
+    /// How faults were named, where something names them.
+    fn naming_section(&self, page: &mut Page) {
+        let Some(all) = &self.naming else {
+            return;
+        };
+        page.section("naming", "Naming");
+        let faults = self.faults.iter();
+        let named = faults.filter_map(|fault| Some((fault.fault.as_str(), fault.naming.as_ref()?)));
+        let rows: Vec<Vec<Cell>> = named
+            .chain([("all", all)])
+            .map(|(fault, counts)| {
+                std::iter::once(Cell::plain(fault))
+                    .chain(counts.cells().map(Cell::plain))
+                    .collect()
+            })
+            .collect();
+        let head: Vec<&str> = std::iter::once("fault").chain(NamingCounts::HEAD).collect();
+        page.table(&head, &rows);
+        page.heading("Which fault was named as which");
+        let names = self.confusion.names.iter().map(String::as_str);
+        let head: Vec<&str> = std::iter::once("fault").chain(names).collect();
+        let rows = self.confusion.faults.iter().zip(&self.confusion.runs);
+        let rows: Vec<Vec<Cell>> = rows
+            .map(|(fault, runs)| {
+                let all: u64 = runs.iter().sum();
+                let cells = runs.iter().map(|count| {
+                    Cell::shaded(count.to_string(), *count as f64 / all.max(1) as f64)
+                });
+                std::iter::once(Cell::plain(fault)).chain(cells).collect()
+            })
+            .collect();
+        page.table(&head, &rows);
+    }
+}
+
 fn row(fault: &FaultSummary) -> Vec<Cell> {
     let quantile = |share: f64| {
         let found = fault
@@ -127,6 +163,7 @@ fn row(fault: &FaultSummary) -> Vec<Cell> {
         Cell::plain(found.map_or_else(|| "-".to_owned(), ToString::to_string))
     };
     let first = fault.first_alarms.first();
+    let limit = fault.size_limits.last().and_then(|own| own.limit.size);
     vec![
         Cell::plain(format!(
             "{} {}, {}",
@@ -136,6 +173,10 @@ fn row(fault: &FaultSummary) -> Vec<Cell> {
         Cell::plain(fault.detected.to_string()),
         quantile(0.5),
         quantile(0.9),
+        Cell::plain(limit.map_or_else(
+            || "-".to_owned(),
+            |size| format!("{} {}", digits(size, 2), fault.unit),
+        )),
         Cell::plain(first.map_or_else(
             || "-".to_owned(),
             |first| format!("{} {}", first.tag, first.statistic),

@@ -118,6 +118,17 @@ impl DetectionCurve {
             .then_some((step, covariance))
     }
 
+    /// The probability of detection of a size; `None` outside those drawn.
+    pub(super) fn at(&self, size: f64) -> Option<f64> {
+        let [a, b] = self.parameters;
+        let [low, high] = self.ends;
+        let logarithm = size.ln();
+        // The ends themselves come back from exponentials.
+        let inside = logarithm >= low - 1e-9 && logarithm <= high + 1e-9;
+        let x = (logarithm - self.mean) / self.deviation;
+        inside.then(|| 1.0 / (1.0 + (-(a + b * x)).exp()))
+    }
+
     /// The size that is detected with a probability, with its interval by propagated errors.
     pub(super) fn limit(&self, probability: f64) -> SizeLimit {
         let [a, b] = self.parameters;

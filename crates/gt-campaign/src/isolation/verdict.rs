@@ -99,3 +99,70 @@ impl FaultVerdict {
         self.named.is_some_and(|(finding, _)| finding == right)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn alarm(time_s: f64) -> IsolationEvent {
+        IsolationEvent::Alarm {
+            time_s,
+            leading: 2,
+            statistic: 3.0,
+            limit: 1.0,
+        }
+    }
+
+    fn name(time_s: f64, finding: Finding) -> IsolationEvent {
+        IsolationEvent::Name { time_s, finding }
+    }
+
+    fn verdict(case: Option<usize>, events: Vec<IsolationEvent>) -> FaultVerdict {
+        let run = IsolationRun {
+            events,
+            alarms: Vec::new(),
+            judged: 0,
+            peaks: Vec::new(),
+        };
+        FaultVerdict::of(&run, case, 100.0, 1.0)
+    }
+
+    #[test]
+    fn the_name_that_stands_after_five_seconds_counts() {
+        let events = vec![
+            alarm(110.0),
+            name(112.0, Finding::NoneOfThese),
+            name(115.0, Finding::Named(1)),
+            name(116.0, Finding::Named(3)),
+        ];
+        let found = verdict(Some(1), events.clone());
+        assert_eq!(found.alarm, Some((110.0, 2)));
+        assert_eq!(found.named, Some((Finding::Named(1), 115.0)));
+        assert!(found.is_right(Some(1)) && found.ever_wrong);
+        // Of a fault that is unknown, none of these is the right name.
+        let found = verdict(None, events[..2].to_vec());
+        assert!(found.is_right(None) && !found.ever_wrong);
+        // Without a name it is neither right nor wrong.
+        let found = verdict(Some(1), events[..1].to_vec());
+        assert!(found.named.is_none() && !found.is_right(Some(1)) && !found.ever_wrong);
+    }
+
+    #[test]
+    fn an_alarm_from_before_the_onset_is_false_and_gives_no_name() {
+        let end = IsolationEvent::End { time_s: 120.0 };
+        let events = vec![
+            alarm(90.0),
+            name(91.0, Finding::Named(0)),
+            name(101.0, Finding::Named(3)),
+            end,
+            alarm(130.0),
+            name(131.0, Finding::Named(1)),
+        ];
+        let found = verdict(Some(1), events);
+        assert_eq!((found.false_alarms, found.alarm), (1, Some((130.0, 2))));
+        assert!(found.is_right(Some(1)) && !found.ever_wrong);
+        // At the very onset an alarm is one of the fault.
+        let found = verdict(Some(1), vec![alarm(100.0)]);
+        assert_eq!((found.false_alarms, found.alarm), (0, Some((100.0, 2))));
+    }
+}

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::axis::{Axis, Scale};
 use super::escape;
 
 /// Pixels of the drawing, before the page scales it.
@@ -14,8 +15,6 @@ const BOTTOM: f64 = 40.0;
 /// Columns into which a long series is reduced to its minimum and maximum; more than there are
 /// pixels would only make the file large.
 const BUCKETS: usize = 600;
-/// Ticks aimed at on an axis.
-const TICKS: f64 = 6.0;
 
 /// The rules a chart needs, for stand-alone files and for the page alike.
 pub const STYLE: &str = "\
@@ -53,7 +52,7 @@ pub struct Mark {
 }
 
 /// A line chart over one common abscissa.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Chart {
     /// File name without extension, unique in a report.
     pub id: String,
@@ -71,82 +70,10 @@ pub struct Chart {
     pub limits: Vec<f64>,
     /// Vertical lines.
     pub marks: Vec<Mark>,
-}
-
-/// A linear map from data to pixels on one axis.
-struct Axis {
-    low: f64,
-    high: f64,
-    from: f64,
-    to: f64,
-}
-
-impl Axis {
-    fn pixel(&self, value: f64) -> f64 {
-        self.from + (value - self.low) / (self.high - self.low) * (self.to - self.from)
-    }
-
-    /// Round tick values (1, 2 or 5 times a power of ten apart).
-    fn ticks(&self) -> Vec<f64> {
-        let raw = (self.high - self.low) / TICKS;
-        let power = 10f64.powf(raw.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0]
-            .into_iter()
-            .map(|factor| factor * power)
-            .find(|step| *step >= raw)
-            .unwrap_or(raw);
-        let mut ticks = Vec::new();
-        let mut index = (self.low / step).ceil();
-        while index * step <= self.high + 1e-9 * step && ticks.len() < 50 {
-            ticks.push(index * step);
-            index += 1.0;
-        }
-        ticks
-    }
-}
-
-/// The extent of finite values, widened a little; a flat or empty extent becomes a visible band.
-fn extent(values: impl Iterator<Item = f64>, margin: f64) -> (f64, f64) {
-    let (low, high) = values
-        .filter(|value| value.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(value), high.max(value))
-        });
-    if low > high {
-        return (0.0, 1.0);
-    }
-    let span = high - low;
-    // Below this share of the value itself the curve is flat to the reader.
-    if span <= 1e-9 * low.abs().max(high.abs()) {
-        let band = low.abs().max(1.0) * 0.01;
-        return (low - band, high + band);
-    }
-    (low - margin * span, high + margin * span)
-}
-
-/// A number as a tick label: as many digits as the spacing needs.
-fn label(value: f64, step: f64) -> String {
-    let magnitude = value.abs().max(step);
-    if !(1e-3..1e6).contains(&magnitude) {
-        if value == 0.0 {
-            return "0".to_owned();
-        }
-        let digits = (value.abs().log10().floor() - step.log10().floor()).clamp(0.0, 12.0);
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped to 0..=12
-        return format!("{value:.*e}", digits as usize);
-    }
-    let decimals = (-step.log10().floor()).clamp(0.0, 12.0);
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // clamped to 0..=12
-    let text = format!("{value:.*}", decimals as usize);
-    if text
-        .trim_start_matches('-')
-        .chars()
-        .all(|digit| digit == '0' || digit == '.')
-    {
-        "0".to_owned()
-    } else {
-        text
-    }
+    /// How the abscissa runs.
+    pub x_scale: Scale,
+    /// How the ordinate runs.
+    pub y_scale: Scale,
 }
 
 impl Chart {
@@ -184,24 +111,18 @@ impl Chart {
     }
 
     fn draw(&self, stand_alone: bool) -> String {
-        let (x_low, x_high) = extent(self.x.iter().copied(), 0.0);
         let values = self
             .series
             .iter()
             .flat_map(|series| series.values.iter().copied());
-        let (y_low, y_high) = extent(values.chain(self.limits.iter().copied()), 0.06);
-        let x_axis = Axis {
-            low: x_low,
-            high: x_high,
-            from: LEFT,
-            to: WIDTH - RIGHT,
-        };
-        let y_axis = Axis {
-            low: y_low,
-            high: y_high,
-            from: HEIGHT - BOTTOM,
-            to: TOP,
-        };
+        let values = values.chain(self.limits.iter().copied());
+        let x_axis = Axis::over(
+            self.x_scale,
+            self.x.iter().copied(),
+            0.0,
+            [LEFT, WIDTH - RIGHT],
+        );
+        let y_axis = Axis::over(self.y_scale, values, 0.06, [HEIGHT - BOTTOM, TOP]);
         let mut svg = format!(
             "<svg{} class=\"chart\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" \
              aria-label=\"{}\">",
@@ -259,29 +180,23 @@ impl Chart {
     /// Grid, ticks, title, axis labels and legend.
     fn frame(&self, svg: &mut String, x_axis: &Axis, y_axis: &Axis) {
         let (bottom, right) = (HEIGHT - BOTTOM, WIDTH - RIGHT);
-        let y_ticks = y_axis.ticks();
-        let y_step = y_ticks.get(1).map_or(1.0, |second| second - y_ticks[0]);
-        for tick in y_ticks {
+        for (tick, label) in y_axis.ticks() {
             let y = y_axis.pixel(tick);
             let _ = write!(
                 svg,
                 "<line class=\"grid\" x1=\"{LEFT}\" x2=\"{right}\" y1=\"{y:.1}\" y2=\"{y:.1}\"/>\
-                 <text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{}</text>",
+                 <text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>",
                 LEFT - 6.0,
-                y + 4.0,
-                label(tick, y_step)
+                y + 4.0
             );
         }
-        let x_ticks = x_axis.ticks();
-        let x_step = x_ticks.get(1).map_or(1.0, |second| second - x_ticks[0]);
-        for tick in x_ticks {
+        for (tick, label) in x_axis.ticks() {
             let x = x_axis.pixel(tick);
             let _ = write!(
                 svg,
                 "<line class=\"grid\" x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{TOP}\" y2=\"{bottom}\"/>\
-                 <text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
-                bottom + 16.0,
-                label(tick, x_step)
+                 <text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{label}</text>",
+                bottom + 16.0
             );
         }
         let _ = write!(
@@ -334,19 +249,14 @@ fn path(x: &[f64], values: &[f64], x_axis: &Axis, y_axis: &Axis) -> String {
     let mut text = String::new();
     let mut pen_down = false;
     let mut draw = |index: usize| {
-        let value = values[index];
-        if !value.is_finite() {
+        let (along, up) = (x_axis.pixel(x[index]), y_axis.pixel(values[index]));
+        if !(along.is_finite() && up.is_finite()) {
             pen_down = false;
             return;
         }
         let command = if pen_down { 'L' } else { 'M' };
         pen_down = true;
-        let _ = write!(
-            text,
-            "{command}{:.1} {:.1}",
-            x_axis.pixel(x[index]),
-            y_axis.pixel(value)
-        );
+        let _ = write!(text, "{command}{along:.1} {up:.1}");
     };
     if count <= 2 * BUCKETS {
         (0..count).for_each(&mut draw);
@@ -384,8 +294,7 @@ mod tests {
                 values,
                 dashed: false,
             }],
-            limits: vec![],
-            marks: vec![],
+            ..Chart::default()
         }
     }
 
@@ -394,18 +303,9 @@ mod tests {
         let mut values = vec![0.0; 50_000];
         values[31_234] = 7.0;
         let chart = chart(values);
-        let y_axis = Axis {
-            low: 0.0,
-            high: 7.0,
-            from: 100.0,
-            to: 0.0,
-        };
-        let x_axis = Axis {
-            low: 0.0,
-            high: 50_000.0,
-            from: 0.0,
-            to: 1000.0,
-        };
+        let axis = |high: f64, ends| Axis::over(Scale::Linear, [0.0, high].into_iter(), 0.0, ends);
+        let y_axis = axis(7.0, [100.0, 0.0]);
+        let x_axis = axis(50_000.0, [0.0, 1000.0]);
         let drawn = path(&chart.x, &chart.series[0].values, &x_axis, &y_axis);
         assert!(
             drawn.contains("624.7 0.0"),
@@ -426,6 +326,24 @@ mod tests {
         assert!(!drawn.contains("NaN"));
     }
 
+    /// Decades are equally far apart, and what has no logarithm interrupts the line.
+    #[test]
+    fn logarithmic_axes_draw_what_is_above_zero() {
+        let values = vec![0.01, 1.0, 0.0, -3.0, 100.0];
+        let drawn = Chart {
+            y_scale: Scale::Logarithmic,
+            ..chart(values.clone())
+        };
+        let svg = drawn.inline();
+        let path = svg.split(" d=\"").nth(1).expect("a path");
+        let path = &path[..path.find('"').expect("its end")];
+        assert_eq!(path.matches('M').count(), 2, "{path}");
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+        let axis = Axis::over(Scale::Logarithmic, values.into_iter(), 0.0, [0.0, 4.0]);
+        assert!((axis.pixel(0.1) - 1.0).abs() < 1e-12);
+        assert!((axis.pixel(10.0) - 3.0).abs() < 1e-12);
+    }
+
     #[test]
     fn texts_are_escaped_and_flat_or_empty_series_still_draw() {
         for values in [vec![], vec![f64::NAN; 3], vec![5.0; 10], vec![0.0; 10]] {
@@ -441,19 +359,5 @@ mod tests {
             chart(vec![1.5, f64::NAN]).csv(),
             "time [s],\"y, raw\"\n0,1.5\n1,\n"
         );
-    }
-
-    #[test]
-    fn ticks_are_round_and_inside() {
-        let axis = Axis {
-            low: 566.4,
-            high: 588.1,
-            from: 0.0,
-            to: 1.0,
-        };
-        assert_eq!(axis.ticks(), [570.0, 575.0, 580.0, 585.0]);
-        assert_eq!(label(206000.0, 1000.0), "206000");
-        assert_eq!(label(0.00012, 0.00002), "1.2e-4");
-        assert_eq!(label(-1e-17, 0.5), "0");
     }
 }

@@ -52,8 +52,7 @@ pub fn record_figures(records: &Records) -> Result<Vec<Figure>, CampaignError> {
                     values.iter().copied().collect(),
                     false,
                 )],
-                limits: vec![],
-                marks: vec![],
+                ..Chart::default()
             },
             caption: format!("{} of the identification record.", signal.name),
         })
@@ -87,8 +86,7 @@ pub fn free_run_figures(
                         series("plant", data.y().iter().copied().collect(), false),
                         series("free run", run.y.iter().copied().collect(), true),
                     ],
-                    limits: vec![],
-                    marks: vec![],
+                    ..Chart::default()
                 },
                 caption: format!("Full simulation of {tag} from its first samples, no feedback."),
             })
@@ -148,6 +146,7 @@ pub fn residual_figures(
                     ],
                     limits: vec![-limit, limit],
                     marks,
+                    ..Chart::default()
                 },
                 caption: format!(
                     "Observer residual of {tag} with {} at its nominal rate; dashed: threshold.",
@@ -215,6 +214,7 @@ fn load_reduction_figure(record: &Record, profile: &str, name: &str, what: &str)
                     label: label.into(),
                 })
                 .to_vec(),
+            ..Chart::default()
         },
         caption,
     })

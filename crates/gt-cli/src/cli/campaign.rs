@@ -14,6 +14,7 @@ use crate::config::Alternatives;
 #[command(after_help = "\
 Example: gtfdi campaign drift.toml --out drift
          gtfdi campaign drift.toml --out drift --only 17
+         gtfdi campaign --compare quiet,noisy --out compared
 
 The same command goes on where Ctrl-C, a kill or a full disk ended it. The folder then has \
 rows.parquet (a row a run), summary.json and report.html. RAYON_NUM_THREADS limits the cores; the \
@@ -22,12 +23,15 @@ pub struct CampaignArgs {
     /// What is run: runs, plant, records, faults and the bank that judges
     #[arg(value_name = "SPEC.toml")]
     pub spec: Option<PathBuf>,
-    /// Folder of the campaign, made where it is missing
+    /// Folder of the campaign or of the comparison, made where it is missing
     #[arg(long, env = "GTFDI_OUT", value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Run this index alone and print its row as JSON; nothing is written, and --out lends its bank
     #[arg(long, value_name = "INDEX", value_parser = integer())]
     pub only: Option<u64>,
+    /// Folders of finished campaigns to put side by side in --out, in place of a run
+    #[arg(long, value_name = "DIR", value_delimiter = ',', conflicts_with_all = ["spec", "only"])]
+    pub compare: Option<Vec<PathBuf>>,
 }
 
 impl Alternatives for CampaignArgs {}

@@ -1,10 +1,10 @@
 //! `gtfdi campaign`: many runs with drawn faults, and what they say.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use gt_campaign::campaign::{Summary, prepare, prepare_single};
+use gt_campaign::campaign::{Comparison, NamingCounts, Summary, prepare, prepare_single};
 use gt_campaign::{CampaignError, Progress};
 
 use crate::Outcome;
@@ -49,6 +49,9 @@ pub fn run(args: &CampaignArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
     let Some(args) = layered("campaign", args, &CampaignArgs::default(), global)? else {
         return Ok(Outcome::Done);
     };
+    if let Some(folders) = &args.compare {
+        return compare(folders, args.out.as_deref(), global);
+    }
     let spec = args
         .spec
         .as_ref()
@@ -83,6 +86,39 @@ pub fn run(args: &CampaignArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         print(&text(&summary))?;
         print(&format!("report: {}\n", out.join("report.html").display()))?;
     }
+    Ok(Outcome::Done)
+}
+
+/// Puts finished campaigns side by side.
+fn compare(
+    folders: &[PathBuf],
+    out: Option<&Path>,
+    global: &GlobalArgs,
+) -> Result<Outcome, Failure> {
+    let out = out.ok_or_else(|| Failure::missing("--out", "--out compared"))?;
+    if folders.len() < 2 {
+        let found = folders.len();
+        return Err(Failure::input(format!(
+            "--compare: expected two folders or more, separated by commas, found {found}"
+        )));
+    }
+    if let Some(same) = folders.iter().find(|folder| folder.as_path() == out) {
+        return Err(Failure::input(format!(
+            "--out: expected another folder than those that are compared, found {}",
+            same.display()
+        )));
+    }
+    let comparison = Comparison::read(folders).map_err(failure)?;
+    comparison.write(out).map_err(failure)?;
+    if global.json {
+        print_json(&comparison)?;
+        return Ok(Outcome::Done);
+    }
+    let names = comparison.campaigns.iter().map(|own| own.name.as_str());
+    let head: Vec<&str> = std::iter::once("found from size").chain(names).collect();
+    print(&table(&head, &comparison.limit_rows()))?;
+    let page = out.join("comparison.html");
+    print(&format!("report: {}\n", page.display()))?;
     Ok(Outcome::Done)
 }
 
@@ -126,12 +162,17 @@ fn text(summary: &Summary) -> String {
                 own.next()
                     .map_or_else(|| "-".to_owned(), ToString::to_string)
             };
+            let limit = fault.size_limits.last().and_then(|own| own.limit.size);
             vec![
                 format!("{} {}, {}", fault.case, fault.fault, fault.waveform),
                 fault.detected.of.to_string(),
                 fault.detected.to_string(),
                 quantile(0.5),
                 quantile(0.9),
+                limit.map_or_else(
+                    || "-".to_owned(),
+                    |size| format!("{} {}", number(Some(size)), fault.unit),
+                ),
             ]
         })
         .collect();
@@ -141,6 +182,7 @@ fn text(summary: &Summary) -> String {
         "detected %",
         "median delay s",
         "90 % within s",
+        "found from size",
     ];
     let mut text = format!(
         "{} runs: {} whole, {} failed, {} without a fault\n",
@@ -155,6 +197,12 @@ fn text(summary: &Summary) -> String {
         );
     }
     text.push_str(&table(&head, &rows));
+    if let Some(naming) = &summary.naming {
+        let heads = NamingCounts::HEAD.iter();
+        for (head, cell) in heads.zip(naming.cells()) {
+            let _ = writeln!(text, "{head}: {cell}");
+        }
+    }
     if let Some(rate) = &summary.false_alarms {
         let _ = writeln!(
             text,

@@ -191,6 +191,16 @@ const MISTAKES: &[(&str, &str, &[&str])] = &[
         "tests = [{ statistic = \"cusum\", watch = \"joint\" }]",
         &["bank.tests[0].watch: expected outputs"],
     ),
+    (
+        "arl0_h = 1.0",
+        "isolator = true\ntests = []",
+        &["bank.tests: expected none with `isolator = true`, which has its own, found some"],
+    ),
+    (
+        "calibration_h = 1.0",
+        "isolator = true\ncalibration_h = 0.0",
+        &["bank.calibration_h: expected a finite number above 0, found 0"],
+    ),
 ];
 
 #[test]
@@ -270,6 +280,18 @@ fn folders_with_other_things_are_refused() {
         &["file: cannot make the folder"],
     );
     place.refused(&["campaign", "spec.toml"], &["--out: required"]);
+    place.refused(
+        &["campaign", "--compare", "full", "--out", "out"],
+        &["--compare: expected two folders or more, separated by commas, found 1"],
+    );
+    place.refused(
+        &["campaign", "--compare", "full,out", "--out", "out"],
+        &["--out: expected another folder than those that are compared, found out"],
+    );
+    place.refused(
+        &["campaign", "--compare", "full,file", "--out", "out"],
+        &["full/campaign.toml: cannot read"],
+    );
     place.refused(
         &["campaign", "nothing.toml", "--out", "out"],
         &["nothing.toml: cannot read"],

@@ -413,3 +413,94 @@ fn the_example_of_four_faults_is_read() {
     let spec = Spec::read(Path::new(path)).expect("a campaign");
     assert_eq!((spec.runs, spec.faults.len()), (1000, 4));
 }
+
+/// 64 runs whose faults an isolator names, with limits for one false alarm in an hour.
+const NAMED: &str = "\
+seed = 7
+runs = 64
+healthy_share = 0.1
+
+[plant]
+profile = \"lively\"
+noise = \"table8\"
+
+[record]
+duration_s = 120.0
+onset_s = [60.0, 70.0]
+horizon_s = 50.0
+
+[[faults]]
+case = 1
+size = { log_uniform = [0.3, 2.0] }
+shape = { ramp = { rise_s = 30.0 } }
+
+[[faults]]
+case = 2
+size = { log_uniform = [0.3, 2.0] }
+sign = \"both\"
+shape = { ramp = { rise_s = 30.0 } }
+
+[bank]
+isolator = true
+arl0_h = 1.0
+calibration_h = 4.0
+";
+
+/// An isolator's campaign has names in its rows, the same alone as among others, and stands beside a
+/// bank's.
+#[test]
+fn campaigns_of_isolators_name_faults_and_are_compared() {
+    let place = place(NAMED);
+    let summary = place.json(&["campaign", "spec.toml", "--out", "named"]);
+    let naming = &summary["naming"];
+    // Faults many times the limit: an isolator that tells them apart at all names nearly all.
+    let count = |key: &str| naming[key]["count"].as_u64().expect("a count");
+    let of = |key: &str| naming[key]["of"].as_u64().expect("a number");
+    assert!(
+        of("right") >= 40 && 10 * count("right") >= 9 * of("right"),
+        "{naming}"
+    );
+    assert!(
+        10 * count("onset_in_interval") >= 8 * of("onset_in_interval"),
+        "{naming}"
+    );
+    let runs = summary["confusion"]["runs"]
+        .as_array()
+        .expect("rows")
+        .iter();
+    let all: u64 = runs
+        .flat_map(|row| row.as_array().expect("a row"))
+        .map(|count| count.as_u64().expect("a count"))
+        .sum();
+    assert_eq!(all + summary["healthy"].as_u64().expect("a count"), 64);
+    let kept = rows(&place, "named");
+    for row in &kept {
+        assert_eq!(row.right.is_some(), row.case.is_some(), "{row:?}");
+        assert!(row.right != Some(true) || row.named == row.fault, "{row:?}");
+        assert!(
+            row.right != Some(true) || row.found_size.is_some(),
+            "{row:?}"
+        );
+    }
+    let page = std::fs::read_to_string(place.path("named/report.html")).expect("a page");
+    assert!(
+        page.contains("Which fault was named as which"),
+        "no confusion matrix"
+    );
+
+    let named = kept.iter().find(|row| row.named.is_some()).expect("a name");
+    let run = named.run.to_string();
+    let args = ["campaign", "spec.toml", "--out", "named", "--only", &run];
+    let alone = place.json(&args);
+    assert_eq!(alone, serde_json::to_value(named).expect("JSON"));
+
+    place.write("bank.toml", &NAMED.replace("isolator = true", ""));
+    place.json(&["campaign", "bank.toml", "--out", "tests"]);
+    let both = place.json(&["campaign", "--compare", "named,tests", "--out", "both"]);
+    assert_eq!(both["campaigns"][0]["name"], "named");
+    assert!(both["campaigns"][1]["summary"]["naming"].is_null());
+    let keys = both["differences"].as_array().expect("keys").iter();
+    let keys: Vec<&str> = keys.filter_map(|own| own["key"].as_str()).collect();
+    assert_eq!(keys, ["bank.isolator", "bank.tests[0].statistic"]);
+    assert!(place.path("both/comparison.html").exists());
+}

@@ -134,11 +134,11 @@ impl Orders {
                 series(legend, |point| point.chooses, false),
                 series("AIC", |point| point.generous, true),
             ],
-            limits: Vec::new(),
             marks: vec![Mark {
                 at: self.best() as f64,
                 label: format!("order {}", self.best()),
             }],
+            ..Chart::default()
         };
         write_atomically(path, chart.stand_alone().as_bytes()).map_err(Failure::failed)
     }
