@@ -258,7 +258,9 @@ fn a_full_disk_leaves_a_campaign_that_goes_on() {
     );
     child.kill().expect("killed");
     child.wait().expect("an end");
-    let before = files(&place.path("out"), "rows-").len();
+    // A file that was under construction when it was killed goes when the folder is opened.
+    let before = files(&place.path("out"), "rows-");
+    let before = before.iter().filter(|name| !name.ends_with(PART)).count();
     let mut shell = std::process::Command::new("sh");
     let script = "trap '' XFSZ; ulimit -f 2; exec \"$0\" campaign spec.toml --out out";
     shell.args(["-c", script, env!("CARGO_BIN_EXE_gtfdi")]);
@@ -491,7 +493,7 @@ fn campaigns_of_isolators_name_faults_and_are_compared() {
     let named = kept.iter().find(|row| row.named.is_some()).expect("a name");
     let run = named.run.to_string();
     let args = ["campaign", "spec.toml", "--out", "named", "--only", &run];
-    let alone = place.json(&args);
+    let alone: Value = serde_json::from_str(&place.done(&args)).expect("JSON");
     assert_eq!(alone, serde_json::to_value(named).expect("JSON"));
 
     place.write("bank.toml", &NAMED.replace("isolator = true", ""));

@@ -18,7 +18,7 @@ use crate::runtime::{
 };
 
 /// The version of the file format of an [`Isolator`].
-pub const ISOLATION_SCHEMA_VERSION: u32 = 1;
+pub const ISOLATION_SCHEMA_VERSION: u32 = 2;
 
 /// What tells faults apart: residual generators, their joint whitening, hypotheses, and limits that
 /// healthy records set for a false-alarm rate of all of them together.
@@ -49,6 +49,10 @@ pub(super) struct Fields {
     pub(super) scale: DVector<f64>,
     /// Multiples of `scale` beyond which a burst is cut.
     pub(super) limiter: f64,
+    /// Samples in a row beyond that: more are no burst.
+    pub(super) burst: usize,
+    /// The furthest that healthy whitened residuals go, in multiples of `scale`.
+    pub(super) loudest: f64,
     /// Samples on either side of the one whose rate of an input is taken.
     pub(super) half_width: usize,
     /// How far back onsets are looked for, in samples.
@@ -236,9 +240,10 @@ impl Fields {
         for (what, expected, found) in sizes {
             DimensionError::check(&format!("isolator, {what}"), expected, found)?;
         }
-        let above_zero = self.scale.iter().chain(&self.limits).chain([&self.limiter]);
+        let ends = [&self.limiter, &self.loudest];
+        let above_zero = self.scale.iter().chain(&self.limits).chain(ends);
         let options = above_zero
-            .map(|value| ("scale, limits, limiter", *value, *value > 0.0))
+            .map(|value| ("scale, limits, limiter, loudest", *value, *value > 0.0))
             .chain(
                 self.driven_variance
                     .iter()
@@ -330,6 +335,7 @@ impl Fields {
         let mut hypotheses = Vec::new();
         let directions = self.directions();
         let own_directions = directions.clone();
+        let mut answer = 0;
         for ((hypothesis, direction), noise) in
             self.hypotheses.iter().zip(directions).zip(&self.drives)
         {
@@ -351,6 +357,10 @@ impl Fields {
                     let change = DVector::from_iterator(tags.outputs.len(), change);
                     let own = tags.growth_delay(&self.generators, &self.whitening, &change)?;
                     let delay = own + delay_s / self.sample_time_s;
+                    let (generators, whitening) = (&self.generators, &self.whitening);
+                    let tolerance = self.direction_tolerance;
+                    let own = tags.answer_time(generators, whitening, &change, tolerance)?;
+                    answer = answer.max(own);
                     (
                         HypothesisKind::Direction(direction.as_slice().to_vec()),
                         delay,
@@ -380,10 +390,13 @@ impl Fields {
             generators: tags.runtime(&self.generators),
             whitener: self.whitening.runtime(self.whitening.mean(), &self.scale),
             limiter: self.limiter,
+            burst: self.burst,
+            loudest: self.loudest,
             hypotheses,
             drives,
             delay,
             settle: self.settle_samples(),
+            answer,
             longest: self.longest,
             limits: self.limits.clone(),
             levels: self.level_parts(&own_directions)?,

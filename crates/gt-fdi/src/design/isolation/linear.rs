@@ -114,4 +114,24 @@ impl Tags {
         let growth = last - before;
         Ok((length - 1) as f64 - last.dot(&growth) / growth.norm_squared())
     }
+
+    /// Samples until the whitened residuals have answered to a sudden change (m) of the outputs: they
+    /// are off what they stay at by less than `tolerance` of it.
+    pub(super) fn answer_time(
+        &self,
+        generators: &[ResidualGenerator],
+        whitening: &JointWhitening,
+        changes: &DVector<f64>,
+        tolerance: f64,
+    ) -> Result<usize, FdiError> {
+        let settle = generators.iter().map(ResidualGenerator::settle_samples);
+        let length = 2 * (settle.max().unwrap_or(0) + whitening.order()) + 2;
+        let y = DMatrix::from_fn(changes.len(), length, |row, _| changes[row]);
+        let u = DMatrix::zeros(self.inputs.len(), length);
+        let white = whitening.response(&self.response(generators, &u, &y))?;
+        let last = white.column(length - 1);
+        let near =
+            |sample: &usize| (white.column(*sample) - last).norm() <= tolerance * last.norm();
+        Ok(length - (0..length).rev().take_while(near).count())
+    }
 }

@@ -10,7 +10,8 @@ use crate::runtime::{Diagnosis, Finding, IsolationVerdict, ResumeError, StepErro
 /// Seconds between diagnoses while an alarm has no name, and after it has one.
 const UNNAMED_S: f64 = 0.4;
 const NAMED_S: f64 = 5.0;
-/// Diagnoses in a row that must contradict a name before another is given.
+/// Diagnoses in a row that must agree before a name is given, and contradict one before another is.
+const AGREEING: usize = 3;
 const CONTRARY: usize = 3;
 
 /// What happened at a sample.
@@ -44,7 +45,8 @@ pub enum IsolationEvent {
 }
 
 /// A detector that diagnoses while an alarm is up: every 0.4 s until a fault is named, and every 5 s
-/// from then on. A name that was given is changed when three diagnoses in a row contradict it.
+/// from then on. A fault is named when three diagnoses in a row agree, and a name that was given is
+/// changed when three in a row contradict it.
 #[derive(Debug, Clone)]
 pub struct IsolationMonitor {
     detector: IsolationDetector,
@@ -141,8 +143,14 @@ impl IsolationMonitor {
         if finding == self.name || finding == Finding::Undecided {
             self.contrary = 0;
         } else {
-            self.contrary += 1;
-            if self.name == Finding::Undecided || self.contrary >= CONTRARY {
+            let before = self.last.as_ref().map(|(_, last)| last.finding);
+            let (wanted, goes_on) = if self.name == Finding::Undecided {
+                (AGREEING, before == Some(finding))
+            } else {
+                (CONTRARY, true)
+            };
+            self.contrary = if goes_on { self.contrary + 1 } else { 1 };
+            if self.contrary >= wanted {
                 self.name = finding;
                 self.contrary = 0;
                 self.events.push(IsolationEvent::Name { time_s, finding });
@@ -179,7 +187,7 @@ impl IsolationMonitor {
         self.up = state.name.is_some();
         self.name = state.name.unwrap_or(Finding::Undecided);
         self.due_s = state.due_s.unwrap_or(f64::INFINITY);
-        self.contrary = state.contrary.min(CONTRARY);
+        self.contrary = state.contrary.min(CONTRARY.max(AGREEING));
         self.last.clone_from(&state.last);
         Ok(())
     }

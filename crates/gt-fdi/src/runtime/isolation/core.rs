@@ -10,7 +10,8 @@ use super::diagnosis::DiagnosisOptions;
 use super::drive::Drive;
 use super::joint_whitener::JointWhitener;
 use super::lag::{LAGS, LagParts};
-use super::memory::Memory;
+use super::limiter::{Limiter, Phase};
+use super::memory::{Memory, YOUNGEST};
 use super::profile::Profile;
 use super::recall::{self, Recall};
 use super::score::{level, score};
@@ -75,12 +76,18 @@ pub(crate) struct CoreParts {
     pub(crate) whitener: JointWhitener,
     /// Whitened residuals further than this from their own level count as this far.
     pub(crate) limiter: f64,
+    /// What is beyond that for more samples in a row is no burst.
+    pub(crate) burst: usize,
+    /// What is beyond this is none of a drive's doing: the furthest that healthy ones go.
+    pub(crate) loudest: f64,
     pub(crate) hypotheses: Vec<HypothesisParts>,
     pub(crate) drives: Vec<Drive>,
     /// Samples by which drives are late.
     pub(crate) delay: usize,
     /// Samples until the generators have settled.
     pub(crate) settle: usize,
+    /// Samples in which residuals answer to a fault that comes at once.
+    pub(crate) answer: usize,
     /// How far back onsets are looked for, in samples.
     pub(crate) longest: usize,
     /// A limit a hypothesis, and one for a change in any direction.
@@ -119,8 +126,6 @@ impl IsolationVerdict {
     }
 }
 
-/// Share by which the level of a residual follows each sample: about five seconds of ten a second.
-const FOLLOW: f64 = 1.0 / 64.0;
 /// Blocks between two scans.
 const BLOCKS_A_SCAN: usize = 2;
 /// Scans without an exceedance that end an alarm.
@@ -135,11 +140,13 @@ pub(crate) struct Core {
     memory: Memory,
     pub(super) sums: Suffixes,
     residuals: Box<[f64]>,
-    /// Where each whitened residual has been lately, so that bursts are cut and lasting changes, of
-    /// whatever size, are not.
-    levels: Box<[f64]>,
-    /// Whitened residuals on their way to the memory, round: with bursts cut, then as they were.
+    /// Cuts bursts, and lasting changes of whatever size not.
+    limiter: Limiter,
+    /// Whitened residuals on their way to the memory, round: with bursts cut, as they were, where they
+    /// had been, and the limiter's phase.
     waiting: Vec<Box<[f64]>>,
+    /// What the memory took of a burst: gone again where that was the beginning of a jump.
+    taken: Box<[f64]>,
     next_waiting: usize,
     sample: Box<[f64]>,
     unsettled: usize,
@@ -159,8 +166,9 @@ impl Core {
             memory,
             sums,
             residuals: vec![0.0; size].into(),
-            levels: vec![0.0; size].into(),
-            waiting: vec![vec![0.0; 2 * size].into(); parts.delay + 1],
+            limiter: Limiter::new(size, parts.limiter, parts.burst, parts.answer),
+            waiting: vec![vec![0.0; 3 * size + 1].into(); parts.delay + 1],
+            taken: vec![0.0; signals].into(),
             next_waiting: 0,
             sample: vec![0.0; signals].into(),
             unsettled,
@@ -198,7 +206,6 @@ impl Core {
         if worst != Update::Residual {
             self.unsettled = self.parts.settle + self.parts.whitener.order();
         }
-        let limiter = self.parts.limiter;
         let white = self.parts.whitener.step(&self.residuals);
         let settling = self.unsettled > 0;
         self.unsettled = self.unsettled.saturating_sub(1);
@@ -206,12 +213,11 @@ impl Core {
             // Without a residual there is no evidence.
             newest.fill(0.0);
             if !settling {
-                let (cut, whole) = newest.split_at_mut(white.len());
+                let (cut, rest) = newest.split_at_mut(white.len());
+                let (whole, rest) = rest.split_at_mut(white.len());
                 whole.copy_from_slice(white);
-                for ((to, from), level) in cut.iter_mut().zip(white).zip(&mut self.levels) {
-                    let step = (from - *level).clamp(-limiter, limiter);
-                    *to = *level + step;
-                    *level += FOLLOW * step;
+                if let Some((phase, levels)) = rest.split_last_mut() {
+                    *phase = self.limiter.step(white, cut, levels).into();
                 }
             }
         }
@@ -238,11 +244,16 @@ impl Core {
         let Some(waiting) = self.waiting.get(self.next_waiting) else {
             return false;
         };
-        let size = waiting.len() / 2;
-        let (white, whole) = waiting.split_at(size);
+        let size = self.residuals.len();
+        let (white, rest) = waiting.split_at(size);
+        let (whole, rest) = rest.split_at(size);
         let (own, driven) = self.sample.split_at_mut(size);
         own.copy_from_slice(white);
         let settled = own.iter().any(|value| *value != 0.0);
+        let furthest = whole
+            .iter()
+            .fold(0.0, |most: f64, value| most.max(value.abs()));
+        let share = (self.parts.loudest / furthest).min(1.0);
         for (drive, places) in self
             .parts
             .drives
@@ -256,14 +267,24 @@ impl Core {
             for (to, from) in changes.iter_mut().zip(change) {
                 *to = shown(*from);
             }
-            // With the residuals as they are: what a lag does comes in bursts.
+            // With the residuals as they are: what a lag does comes in bursts. Only for the evidence,
+            // the first pair, something louder than healthy bursts counts as one of those.
             for (lag, pair) in places.chunks_exact_mut(2).enumerate() {
                 let change = drive.change(lag);
+                let share = if lag == 0 { share } else { 1.0 };
                 if let [agreement, energy] = pair {
-                    *agreement = shown(dot(whole, change));
+                    *agreement = shown(share * dot(whole, change));
                     *energy = shown(dot(change, change));
                 }
             }
+        }
+        if let Some((phase, levels)) = rest.split_last() {
+            take_back(
+                Phase::from(*phase),
+                levels,
+                &mut self.sample,
+                &mut self.taken,
+            );
         }
         true
     }
@@ -324,10 +345,11 @@ impl Core {
         self.parts.whitener.reset();
         self.memory.reset();
         self.sums.gather(&self.memory);
-        self.levels.fill(0.0);
+        self.limiter.reset();
         for waiting in &mut self.waiting {
             waiting.fill(0.0);
         }
+        self.taken.fill(0.0);
         self.unsettled = self.parts.settle + self.parts.whitener.order();
         (self.blocks, self.quiet_scans) = (0, 0);
         self.verdict.statistics.fill(0.0);
@@ -337,9 +359,23 @@ impl Core {
         self.verdict.settling = true;
     }
 
+    /// Whether residuals may still answer to a jump so many samples ago, so that nothing tells what it
+    /// is: an onset is known to two scans or so.
+    pub(super) fn is_answering(&self, age: f64) -> bool {
+        let scans = (2 * BLOCKS_A_SCAN * YOUNGEST) as f64;
+        self.limiter.is_answering() || age < self.parts.answer as f64 + scans
+    }
+
     /// Brings the sums up to the newest sample.
     pub(super) fn refresh(&mut self) {
         self.sums.gather(&self.memory);
+    }
+
+    /// Samples in a row beyond the limiter, and the modulus of the furthest residual now.
+    pub(crate) fn burst(&self) -> (usize, f64) {
+        let white = self.parts.whitener.white().iter();
+        let furthest = white.fold(0.0, |most: f64, value| most.max(value.abs()));
+        (self.limiter.beyond(), furthest)
     }
 
     /// Levels of the memory.
@@ -395,10 +431,11 @@ impl Recall for Core {
         }
         self.memory.recall(visit);
         recall::numbers(&mut self.residuals, visit);
-        recall::numbers(&mut self.levels, visit);
+        self.limiter.recall(visit);
         for waiting in &mut self.waiting {
             recall::numbers(waiting, visit);
         }
+        recall::numbers(&mut self.taken, visit);
         let slots = self.waiting.len();
         recall::count(&mut self.next_waiting, slots.saturating_sub(1), visit);
         let settle = self.parts.settle + self.parts.whitener.order();
@@ -421,6 +458,21 @@ impl Recall for Core {
         verdict.leading = leading.checked_sub(1);
         // Sums are those of the last scan only after the next.
         self.sums.gather(&self.memory);
+    }
+}
+
+/// Remembers what the memory takes of a burst. Once that was the beginning of a jump, `sample` takes it
+/// out of the sums again, and says nothing while residuals answer.
+fn take_back(phase: Phase, levels: &[f64], sample: &mut [f64], taken: &mut [f64]) {
+    let levels = levels.iter().copied().chain(core::iter::repeat(0.0));
+    let all = sample.iter_mut().zip(taken.iter_mut()).zip(levels);
+    match phase {
+        Phase::Plain => taken.fill(0.0),
+        Phase::Burst => all.for_each(|((sample, taken), level)| *taken += *sample - level),
+        Phase::Answer => all.for_each(|((sample, taken), level)| {
+            *sample = level - *taken;
+            *taken = 0.0;
+        }),
     }
 }
 

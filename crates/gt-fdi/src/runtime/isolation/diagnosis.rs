@@ -250,6 +250,21 @@ impl Core {
             _ if none_of_these >= confidence => Finding::NoneOfThese,
             _ => Finding::Undecided,
         };
+        let since = match finding {
+            Finding::Undecided => f64::INFINITY,
+            Finding::Named(place) => hypotheses[place].age,
+            Finding::Both(..) => likeliest.map_or(0.0, |pair| pair.ages[0].min(pair.ages[1])),
+            Finding::NoneOfThese => {
+                let best = mixtures.last().and_then(|own| own.best);
+                best.map_or(0.0, |profile| self.sums.age(profile.onset))
+            }
+        };
+        // What residuals do while they answer to a jump is like many faults.
+        let finding = if self.is_answering(since) {
+            Finding::Undecided
+        } else {
+            finding
+        };
         Diagnosis {
             finding,
             hypotheses,

@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 use super::recall::{self, Recall};
 
 /// Samples in the youngest blocks.
-const YOUNGEST: usize = 4;
+pub(super) const YOUNGEST: usize = 4;
 /// Blocks of one length that are kept before two are joined: an onset is resolved to between a
 /// sixteenth and a thirty-second of its age.
 const KEPT: usize = 16;

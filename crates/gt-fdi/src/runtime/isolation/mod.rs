@@ -5,6 +5,7 @@ mod diagnosis;
 mod drive;
 mod joint_whitener;
 mod lag;
+mod limiter;
 mod memory;
 mod pairs;
 mod profile;
