@@ -467,6 +467,27 @@ pub enum LogError {
         /// The values given.
         found: usize,
     },
+
+    /// A log that is to be mended onto itself.
+    #[error(
+        "{}: expected another file to write than the one that is read; give another name",
+        path.display()
+    )]
+    SameFile {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file in which no record of an MCAP file is found.
+    #[error(
+        "{}: expected the records of an MCAP file, found none in {size} bytes",
+        path.display()
+    )]
+    NothingToRecover {
+        /// The file.
+        path: PathBuf,
+        /// Its bytes.
+        size: u64,
+    },
 }
 
 impl LogError {

@@ -16,6 +16,7 @@
 
 mod atomic;
 mod build_info;
+mod chunk;
 mod detector_file;
 mod diagnosis_log;
 mod error;
@@ -25,8 +26,10 @@ mod message;
 mod model_document;
 mod model_file;
 mod plant_log;
+mod raw;
 mod reader;
 mod records;
+mod recover;
 mod schema;
 mod source;
 mod table;
@@ -45,6 +48,7 @@ pub use model_document::{ModelFile, ModelKind, ModelNoise};
 pub use model_file::{read_json, write_json};
 pub use plant_log::write_run;
 pub use reader::{JsonMessage, read_attachment, read_json_messages};
+pub use recover::{Loss, LossKind, RecoveredTopic, Recovery, recover};
 pub use source::sha256_hex;
 pub use time::{EPOCH_NS, UNIFORM_TOLERANCE, sample_time_ns};
 pub use verdict_log::write_verdicts;

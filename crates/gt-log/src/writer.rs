@@ -405,7 +405,7 @@ impl LogWriter {
     }
 }
 
-fn write(path: &Path, cause: McapError) -> LogError {
+pub(crate) fn write(path: &Path, cause: McapError) -> LogError {
     LogError::Write {
         path: path.to_owned(),
         cause,

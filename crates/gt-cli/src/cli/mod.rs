@@ -7,6 +7,7 @@ mod campaign;
 mod design;
 mod detect;
 mod identify;
+mod log;
 mod model;
 mod simulate;
 
@@ -26,6 +27,7 @@ pub use detect::{DetectArgs, FailOn};
 pub use identify::{
     Criterion, ErrorModel, IdentifyArgs, LeastSquaresSolver, Method, MissingSamples, Structure,
 };
+pub use log::{LogCommand, RecoverArgs};
 pub use model::{CheckArgs, ModelCommand};
 pub use simulate::SimulateArgs;
 
@@ -126,22 +128,9 @@ pub enum Command {
     /// Look into model files
     #[command(subcommand)]
     Model(ModelCommand),
-    /// Look into MCAP logs
+    /// Look into, check, mend and export MCAP logs
     #[command(subcommand)]
     Log(LogCommand),
-}
-
-/// Verbs on logs.
-#[derive(Debug, Subcommand)]
-pub enum LogCommand {
-    /// Print what a log holds
-    ///
-    /// Example: gtfdi log info run.mcap --json
-    Info {
-        /// The log
-        #[arg(value_name = "FILE.mcap")]
-        file: PathBuf,
-    },
 }
 
 /// How a data file is read.

@@ -6,7 +6,7 @@ pub mod detect;
 mod equation;
 mod finding;
 pub mod identify;
-pub mod log_info;
+pub mod log;
 pub mod model;
 mod noise;
 pub mod reproduce;

@@ -14,6 +14,7 @@ mod errors_in_variables;
 mod fit_option;
 mod identify;
 mod isolation_road;
+mod log_recover;
 mod maps;
 mod model_check;
 mod model_show;

@@ -1,0 +1,4 @@
+//! Verbs on logs, one file each.
+
+pub mod info;
+pub mod recover;
