@@ -468,6 +468,18 @@ pub enum LogError {
         found: usize,
     },
 
+    /// A topic whose messages have no number.
+    #[error(
+        "{}: topic `{topic}`: expected messages with numbers, found none; `gtfdi log info` lists \
+         the fields of every topic",
+        path.display()
+    )]
+    NoNumber {
+        /// The file.
+        path: PathBuf,
+        /// The topic.
+        topic: String,
+    },
     /// A log that is to be mended onto itself.
     #[error(
         "{}: expected another file to write than the one that is read; give another name",

@@ -3,8 +3,10 @@
 //! - [`LogWriter`] writes MCAP with Protobuf messages of named `optional double` fields, whose
 //!   descriptor is made at run time from the tags (package `gtfdi.v1`). The same content gives the
 //!   same bytes, whatever the path, the clock and the number of threads.
-//! - [`read_dataset`] reads `.csv` and `.mcap` into a [`gt_core::Dataset`]; [`columns`] lists what
-//!   there is to select; [`info`] says what a log holds.
+//! - [`read_dataset`] reads `.csv` and `.mcap` into a [`gt_core::Dataset`], the logs of strangers
+//!   too (Protobuf of any descriptor, JSON); [`columns`] lists what there is to select; [`info`] says
+//!   what a log holds, [`verify`] whether it is sound, and [`recover`] writes what is sound in one
+//!   that is not.
 //! - [`write_run`], [`write_verdicts`] and [`write_diagnoses`] are the logs of a simulated run
 //!   (`/plant/measured`, `/plant/truth`, `/plant/faults`), of a bank's verdicts and of an isolator's;
 //!   each says what its topics hold.
@@ -20,6 +22,7 @@ mod chunk;
 mod detector_file;
 mod diagnosis_log;
 mod error;
+mod fields;
 mod import;
 mod info;
 mod message;
