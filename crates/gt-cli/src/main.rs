@@ -79,6 +79,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Model(ModelCommand::Show { file }) => commands::model::show(&file, global),
         Command::Model(ModelCommand::Check(args)) => commands::model::check(&args, global),
         Command::Log(LogCommand::Info { file }) => commands::log::info::run(&file, global),
+        Command::Log(LogCommand::Verify { file }) => commands::log::verify::run(&file, global),
         Command::Log(LogCommand::Recover(args)) => commands::log::recover::run(&args, global),
     }
 }

@@ -38,6 +38,7 @@ mod source;
 mod table;
 mod time;
 mod verdict_log;
+mod verify;
 mod writer;
 
 pub use atomic::write_atomically;
@@ -55,4 +56,5 @@ pub use recover::{Loss, LossKind, RecoveredTopic, Recovery, recover};
 pub use source::sha256_hex;
 pub use time::{EPOCH_NS, UNIFORM_TOLERANCE, sample_time_ns};
 pub use verdict_log::write_verdicts;
+pub use verify::{Problem, ProblemKind, Severity, Verification, verify};
 pub use writer::{JsonTopicId, LogWriter, RunMetadata, TopicId};

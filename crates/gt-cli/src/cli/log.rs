@@ -18,6 +18,17 @@ pub enum LogCommand {
         #[arg(value_name = "FILE.mcap")]
         file: PathBuf,
     },
+    /// Compare a log with the format, record by record
+    ///
+    /// Checksums, lengths, indexes, statistics, definitions and the messages themselves. Exit codes:
+    /// 0 sound, remarks or none; 1 damaged.
+    ///
+    /// Example: gtfdi log verify run.mcap --json
+    Verify {
+        /// The log
+        #[arg(value_name = "FILE.mcap")]
+        file: PathBuf,
+    },
     /// Write all that is sound in a log that was cut off or changed to a new one
     Recover(RecoverArgs),
 }

@@ -15,6 +15,7 @@ mod fit_option;
 mod identify;
 mod isolation_road;
 mod log_recover;
+mod log_verify;
 mod maps;
 mod model_check;
 mod model_show;

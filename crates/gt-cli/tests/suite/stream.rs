@@ -106,7 +106,7 @@ fn nothing_is_coloured_without_a_terminal_or_with_no_color() {
 #[test]
 fn help_of_each_verb_shows_an_example() {
     let place = place();
-    let verbs: [&[&str]; 10] = [
+    let verbs: [&[&str]; 11] = [
         &["simulate"],
         &["identify"],
         &["design"],
@@ -114,6 +114,7 @@ fn help_of_each_verb_shows_an_example() {
         &["reproduce"],
         &["campaign"],
         &["log", "info"],
+        &["log", "verify"],
         &["log", "recover"],
         &["model", "show"],
         &["model", "check"],
