@@ -21,7 +21,7 @@ const ROOMS: [(&str, &[&str]); 10] = [
 ];
 
 /// Outside crates that only some rooms may name.
-const GUARDED: [(&str, &[&str]); 20] = [
+const GUARDED: [(&str, &[&str]); 22] = [
     ("faer", &["gt-core", "gt-ident", "gt-fdi"]),
     ("clarabel", &["gt-core"]),
     ("pulp", &["gt-fdi", "gt-ident", "gt-plant"]),
@@ -39,6 +39,8 @@ const GUARDED: [(&str, &[&str]); 20] = [
     ("pyo3", &["gt-py"]),
     ("numpy", &["gt-py"]),
     ("clap", &["gt-cli"]),
+    ("clap_complete", &["gt-cli"]),
+    ("clap_mangen", &["gt-cli"]),
     ("indicatif", &["gt-cli"]),
     ("ctrlc", &["gt-cli"]),
     ("anyhow", &["gt-cli"]),

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::cli::{
-    CampaignArgs, CheckArgs, DesignArgs, DetectArgs, GlobalArgs, IdentifyArgs, RecoverArgs,
-    ReproduceArgs, SimulateArgs,
+    CampaignArgs, CheckArgs, DesignArgs, DetectArgs, ExportArgs, GlobalArgs, IdentifyArgs,
+    RecoverArgs, ReproduceArgs, SimulateArgs,
 };
 use crate::failure::Failure;
 
@@ -36,6 +36,7 @@ struct ConfigFile {
     campaign: Option<CampaignArgs>,
     model_check: Option<CheckArgs>,
     log_recover: Option<RecoverArgs>,
+    log_export: Option<ExportArgs>,
 }
 
 /// Lays `given` (flags and environment) over the file's `section` over `defaults`.

@@ -81,5 +81,8 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Log(LogCommand::Info { file }) => commands::log::info::run(&file, global),
         Command::Log(LogCommand::Verify { file }) => commands::log::verify::run(&file, global),
         Command::Log(LogCommand::Recover(args)) => commands::log::recover::run(&args, global),
+        Command::Log(LogCommand::Export(args)) => commands::log::export::run(&args, global),
+        Command::Completions { shell } => commands::shell::completions(shell),
+        Command::Man { out } => commands::shell::man(out.as_deref(), global),
     }
 }

@@ -480,6 +480,26 @@ pub enum LogError {
         /// The topic.
         topic: String,
     },
+    /// A table of another type, by its extension.
+    #[error("{}: expected a file to write that ends in .csv or .parquet", path.display())]
+    ExportExtension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A time that a table cannot hold.
+    #[error(
+        "{}: {place}: expected a time that the table can hold, found {found_ns} ns since 1970; \
+         select other rows, or write CSV with the time in seconds",
+        path.display()
+    )]
+    TimeOutOfRange {
+        /// The file.
+        path: PathBuf,
+        /// The row.
+        place: Place,
+        /// The time.
+        found_ns: u64,
+    },
     /// A log that is to be mended onto itself.
     #[error(
         "{}: expected another file to write than the one that is read; give another name",

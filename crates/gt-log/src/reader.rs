@@ -21,13 +21,13 @@ use crate::time::{Clock, Uniform};
 use crate::{LogError, Place};
 
 /// Channels and messages of a log, in the order of the file.
-enum Event<'a> {
+pub(crate) enum Event<'a> {
     Channel(&'a Channel<'static>),
     Message(&'a Channel<'static>, MessageHeader, &'a [u8]),
 }
 
 /// Calls `visit` with every channel, before its messages, and every message.
-fn follow<R: Read>(
+pub(crate) fn follow<R: Read>(
     path: &Path,
     source: R,
     size: u64,
@@ -64,7 +64,8 @@ fn follow<R: Read>(
     })
 }
 
-fn buffered(path: &Path) -> Result<(BufReader<File>, u64), LogError> {
+/// A file to read from its beginning, and its size.
+pub(crate) fn buffered(path: &Path) -> Result<(BufReader<File>, u64), LogError> {
     let (file, size) = source::open(path)?;
     Ok((BufReader::with_capacity(1 << 16, file), size))
 }
@@ -80,7 +81,7 @@ fn unknown_topic(path: &Path, topic: &str, topics: BTreeSet<String>) -> LogError
 
 /// The fields of the channels of a topic, by the channels' ids in the order of the file. Messages are
 /// read only where they are needed to tell.
-fn fields_of_topic(path: &Path, topic: &str) -> Result<Vec<(u16, Fields)>, LogError> {
+pub(crate) fn fields_of_topic(path: &Path, topic: &str) -> Result<Vec<(u16, Fields)>, LogError> {
     let (source, size) = buffered(path)?;
     let mut topics = BTreeSet::new();
     let mut surveys: Vec<(u16, Survey)> = Vec::new();
@@ -123,10 +124,20 @@ pub(crate) fn columns(path: &Path, topic: &str) -> Result<Vec<Signal>, LogError>
         .ok_or_else(|| no_number(path, topic))
 }
 
-fn no_number(path: &Path, topic: &str) -> LogError {
+pub(crate) fn no_number(path: &Path, topic: &str) -> LogError {
     LogError::NoNumber {
         path: path.to_owned(),
         topic: topic.to_owned(),
+    }
+}
+
+/// The time of a message. Live logs: published when measured, logged when received. Some writers know
+/// only one.
+pub(crate) fn message_time_ns(header: &MessageHeader) -> u64 {
+    if header.publish_time == 0 {
+        header.log_time
+    } else {
+        header.publish_time
     }
 }
 
@@ -146,12 +157,7 @@ struct Messages {
 
 impl Messages {
     fn push(&mut self, header: &MessageHeader, decoder: &Decoder, width: usize, data: &[u8]) {
-        // Live logs: published when measured, logged when received. Some writers know only one.
-        let time_ns = if header.publish_time == 0 {
-            header.log_time
-        } else {
-            header.publish_time
-        };
+        let time_ns = message_time_ns(header);
         let index = self.times_ns.len();
         self.times_ns.push(time_ns);
         match decoder.decode(data) {
@@ -186,7 +192,10 @@ pub(crate) fn read_dataset(path: &Path, selection: &Selection) -> Result<Importe
     let mut decoders: HashMap<u16, Decoder> = HashMap::new();
     for (id, fields) in &channels {
         // A second channel of the topic (a merged log) must have the same tags.
-        decoders.insert(*id, fields.decoder(again(path, &table, &fields.signals)?));
+        decoders.insert(
+            *id,
+            fields.decoder(again(path, &table.signals, &fields.signals)?),
+        );
     }
     let (source, size) = buffered(path)?;
     let mut source = Hashing::new(source);
@@ -200,7 +209,7 @@ pub(crate) fn read_dataset(path: &Path, selection: &Selection) -> Result<Importe
             Event::Channel(channel) => {
                 if channel.topic == topic && !decoders.contains_key(&channel.id) {
                     let fields = Survey::of(path, channel)?.fields();
-                    let columns = again(path, &table, &fields.signals)?;
+                    let columns = again(path, &table.signals, &fields.signals)?;
                     decoders.insert(channel.id, fields.decoder(columns));
                 }
             }
@@ -218,8 +227,12 @@ pub(crate) fn read_dataset(path: &Path, selection: &Selection) -> Result<Importe
     assemble(path, topic, selection, table, &messages, sha256)
 }
 
-/// The fields of another channel that belong to the columns of the table.
-fn again(path: &Path, table: &Table, fields: &[Signal]) -> Result<Vec<usize>, LogError> {
+/// The places among the fields of another channel of the signals that are wanted.
+pub(crate) fn again(
+    path: &Path,
+    wanted: &[Signal],
+    fields: &[Signal],
+) -> Result<Vec<usize>, LogError> {
     let find = |signal: &Signal| {
         let place = fields.iter().position(|field| field.name == signal.name);
         place.ok_or_else(|| LogError::UnknownColumn {
@@ -228,7 +241,7 @@ fn again(path: &Path, table: &Table, fields: &[Signal]) -> Result<Vec<usize>, Lo
             available: fields.iter().map(|field| field.name.clone()).collect(),
         })
     };
-    table.signals.iter().map(find).collect()
+    wanted.iter().map(find).collect()
 }
 
 /// The selected messages in the order of time.

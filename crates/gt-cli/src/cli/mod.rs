@@ -27,7 +27,7 @@ pub use detect::{DetectArgs, FailOn};
 pub use identify::{
     Criterion, ErrorModel, IdentifyArgs, LeastSquaresSolver, Method, MissingSamples, Structure,
 };
-pub use log::{LogCommand, RecoverArgs};
+pub use log::{ExportArgs, LogCommand, RecoverArgs, TimeFormat};
 pub use model::{CheckArgs, ModelCommand};
 pub use simulate::SimulateArgs;
 
@@ -131,6 +131,21 @@ pub enum Command {
     /// Look into, check, mend and export MCAP logs
     #[command(subcommand)]
     Log(LogCommand),
+    /// Print a script that completes options in a shell
+    ///
+    /// Example: gtfdi completions bash > ~/.local/share/bash-completion/completions/gtfdi
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page, or write one for every verb
+    ///
+    /// Example: gtfdi man --out man1
+    Man {
+        /// Folder of the pages, made where it is missing; without it the main page is printed
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
 }
 
 /// How a data file is read.

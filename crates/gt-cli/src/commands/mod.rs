@@ -10,6 +10,7 @@ pub mod log;
 pub mod model;
 mod noise;
 pub mod reproduce;
+pub mod shell;
 pub mod simulate;
 
 /// Version of every JSON object on standard output; it rises when a key changes its meaning.

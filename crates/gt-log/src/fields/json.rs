@@ -71,14 +71,16 @@ impl Survey {
 /// The numbers at the ends of `paths`.
 pub(crate) fn decode(data: &[u8], paths: &[Path]) -> Result<Vec<Option<f64>>, String> {
     let value: Value = serde_json::from_slice(data).map_err(|cause| cause.to_string())?;
-    let at = |path: &Path| {
-        let end = path.iter().try_fold(&value, |own, step| match step {
-            Step::Key(key) => own.get(key),
-            Step::Index(index) => own.get(index),
-        });
-        end.and_then(number)
-    };
-    Ok(paths.iter().map(at).collect())
+    Ok(paths.iter().map(|path| at(&value, path)).collect())
+}
+
+/// The number at the end of a path.
+pub(crate) fn at(value: &Value, path: &[Step]) -> Option<f64> {
+    let end = path.iter().try_fold(value, |own, step| match step {
+        Step::Key(key) => own.get(key),
+        Step::Index(index) => own.get(index),
+    });
+    end.and_then(number)
 }
 
 /// A number, a truth value, or one of the names that JSON writers give to what JSON has no number

@@ -166,6 +166,19 @@ enum How {
 }
 
 impl Fields {
+    /// Whether the messages are JSON.
+    pub(crate) fn is_json(&self) -> bool {
+        matches!(self.how, How::Json(_))
+    }
+
+    /// A field of a message that is JSON.
+    pub(crate) fn json_number(&self, column: usize, message: &serde_json::Value) -> Option<f64> {
+        match &self.how {
+            How::Json(paths) => json::at(message, paths.get(column)?),
+            _ => None,
+        }
+    }
+
     /// Reads some of the fields, in this order.
     pub(crate) fn decoder(&self, columns: impl IntoIterator<Item = usize>) -> Decoder {
         let columns = columns.into_iter();
