@@ -56,6 +56,19 @@ impl Part {
             .map_err(|cause| LogError::io(&self.temporary, "sync", cause))
     }
 
+    /// The bytes that were written so far.
+    pub(crate) fn size(&self) -> Result<u64, LogError> {
+        let metadata = self.handle.metadata();
+        metadata
+            .map(|own| own.len())
+            .map_err(|cause| LogError::io(&self.temporary, "read the size", cause))
+    }
+
+    /// Leaves the file under its temporary name when it is dropped.
+    pub(crate) fn keep(&mut self) {
+        self.published = true;
+    }
+
     /// The file's final name.
     pub(crate) fn target(&self) -> &Path {
         &self.target

@@ -480,6 +480,27 @@ pub enum LogError {
         /// The topic.
         topic: String,
     },
+    /// There is no room left.
+    #[error(
+        "{}: the disk is full: could not {action}; make room, files that are whole stay whole",
+        path.display()
+    )]
+    NoSpace {
+        /// The file.
+        path: PathBuf,
+        /// What was tried.
+        action: &'static str,
+    },
+    /// An option of a rotating log.
+    #[error("rotation: {option}: expected {expected}, found {found}")]
+    Rotation {
+        /// The option.
+        option: &'static str,
+        /// What was expected.
+        expected: String,
+        /// What was found.
+        found: String,
+    },
     /// A table of another type, by its extension.
     #[error("{}: expected a file to write that ends in .csv or .parquet", path.display())]
     ExportExtension {
@@ -528,6 +549,7 @@ impl LogError {
         match cause.kind() {
             io::ErrorKind::NotFound if action == "open" => Self::NotFound { path },
             io::ErrorKind::IsADirectory => Self::Directory { path },
+            _ if is_full(&cause) => Self::NoSpace { path, action },
             _ => Self::Io {
                 path,
                 action,
@@ -535,6 +557,14 @@ impl LogError {
             },
         }
     }
+}
+
+/// Whether there is no room left.
+pub(crate) fn is_full(cause: &io::Error) -> bool {
+    matches!(
+        cause.kind(),
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded
+    )
 }
 
 /// What is wrong with a cell.

@@ -10,6 +10,8 @@
 //! - [`write_run`], [`write_verdicts`] and [`write_diagnoses`] are the logs of a simulated run
 //!   (`/plant/measured`, `/plant/truth`, `/plant/faults`), of a bank's verdicts and of an isolator's;
 //!   each says what its topics hold.
+//! - [`RotatingLog`] writes file after file, each whole by itself, and removes the oldest; [`export`]
+//!   makes tables of topics.
 //! - [`read_json`] and [`write_json`] are model and bank files; [`ModelFile`] and
 //!   [`DetectorFile`] are what is in one.
 //!
@@ -34,6 +36,7 @@ mod raw;
 mod reader;
 mod records;
 mod recover;
+mod rotating_log;
 mod schema;
 mod source;
 mod table;
@@ -55,6 +58,7 @@ pub use model_file::{read_json, write_json};
 pub use plant_log::write_run;
 pub use reader::{JsonMessage, read_attachment, read_json_messages};
 pub use recover::{Loss, LossKind, RecoveredTopic, Recovery, recover};
+pub use rotating_log::{JsonTopicHead, LogHead, RotatingLog, RotationOptions, TopicHead};
 pub use source::sha256_hex;
 pub use time::{EPOCH_NS, UNIFORM_TOLERANCE, sample_time_ns};
 pub use verdict_log::write_verdicts;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use gt_log::{ExportOptions, ExportTime, Exported, LogError, export};
+use gt_log::{ExportOptions, ExportTime, Exported, export};
 use serde::Serialize;
 
 use crate::Outcome;
@@ -51,11 +51,7 @@ pub fn run(args: &ExportArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
             Some(TimeFormat::Iso) | None => ExportTime::Iso,
         },
     };
-    let exported = export(&file, &out, &options).map_err(|error| match error {
-        // The folder was checked: what is left is nobody's input.
-        LogError::Io { .. } => Failure::failed(error),
-        error => Failure::input(error),
-    })?;
+    let exported = export(&file, &out, &options).map_err(super::failure)?;
     if global.json {
         print_json(&Report {
             schema_version: SCHEMA_VERSION,

@@ -32,7 +32,7 @@ pub fn run(args: &RecoverArgs, global: &GlobalArgs) -> Result<Outcome, Failure> 
         .out
         .ok_or_else(|| Failure::missing("--out", "--out run.mcap"))?;
     check_out(&out, &[&file])?;
-    let recovery = recover(&file, &out).map_err(Failure::input)?;
+    let recovery = recover(&file, &out).map_err(super::failure)?;
     if global.json {
         print_json(&Report {
             schema_version: SCHEMA_VERSION,
