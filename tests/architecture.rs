@@ -21,13 +21,16 @@ const ROOMS: [(&str, &[&str]); 10] = [
 ];
 
 /// Outside crates that only some rooms may name.
-const GUARDED: [(&str, &[&str]); 17] = [
+const GUARDED: [(&str, &[&str]); 22] = [
     ("faer", &["gt-core", "gt-ident", "gt-fdi"]),
     ("clarabel", &["gt-core"]),
     ("pulp", &["gt-fdi", "gt-ident", "gt-plant"]),
     ("libm", &["gt-fdi"]),
     ("tokio", &[]),
     ("mcap", &["gt-log"]),
+    ("zstd", &["gt-log"]),
+    ("lz4", &["gt-log"]),
+    ("crc32fast", &["gt-log"]),
     ("prost", &["gt-log"]),
     ("prost-types", &["gt-log"]),
     ("csv", &["gt-log"]),
@@ -36,6 +39,8 @@ const GUARDED: [(&str, &[&str]); 17] = [
     ("pyo3", &["gt-py"]),
     ("numpy", &["gt-py"]),
     ("clap", &["gt-cli"]),
+    ("clap_complete", &["gt-cli"]),
+    ("clap_mangen", &["gt-cli"]),
     ("indicatif", &["gt-cli"]),
     ("ctrlc", &["gt-cli"]),
     ("anyhow", &["gt-cli"]),

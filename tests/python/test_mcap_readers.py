@@ -1,5 +1,9 @@
 """Our logs, read by the independent packages mcap and mcap-protobuf-support."""
 
+import json
+import os
+import subprocess
+
 import numpy as np
 import pytest
 from mcap.reader import NonSeekingReader, SeekingReader
@@ -118,3 +122,33 @@ def test_injected_faults_are_logged(tmp_path):
     assert np.array_equal(np.array(found), np.column_stack([run.faults, run.faults != 0.0]))
     with pytest.raises(gtfdi.LogError, match="could not"):
         run.write(tmp_path / "no" / "such" / "folder.mcap")
+
+
+def test_a_recovered_log_is_whole(run, log, tmp_path):
+    """Cut in the middle, mended by the binary, read with both readers and by our own."""
+    binary = os.environ.get("GTFDI_BINARY")
+    if binary is None:
+        pytest.skip("GTFDI_BINARY is not set")
+    part, out = tmp_path / "s.mcap.part", tmp_path / "s.mcap"
+    whole = log.read_bytes()
+    part.write_bytes(whole[: 2 * len(whole) // 3])
+    command = [binary, "log", "recover", part, "--out", out, "--json"]
+    done = subprocess.run(command, capture_output=True, check=True, text=True)
+    report = json.loads(done.stdout)
+    assert not report["sound"]
+    found = {}
+    for reader_class in [SeekingReader, NonSeekingReader]:
+        with out.open("rb") as stream:
+            reader = reader_class(stream, decoder_factories=[DecoderFactory()])
+            times, u, y = samples(reader.iter_decoded_messages(topics=TOPICS[1:]), run.measured)
+        found[reader_class] = (times.tobytes(), u.tobytes(), y.tobytes())
+        assert 100 < len(times) < 750
+        assert np.array_equal(u, run.measured.u[: len(times)])
+        assert np.array_equal(y, run.measured.y[: len(times)])
+    assert found[SeekingReader] == found[NonSeekingReader]
+    with out.open("rb") as stream:
+        reader = SeekingReader(stream)
+        (attachment,) = reader.iter_attachments()
+        names = [record.name for record in reader.iter_metadata()]
+    assert attachment.data.decode() == run.config
+    assert names == ["gtfdi.run", "gtfdi.config", "gtfdi.recovery"]

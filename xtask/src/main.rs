@@ -106,12 +106,24 @@ fn test_python() -> Result<(), String> {
     };
     pip(&[".[test]"])?;
     // Away from the sources, so that the installed package is what the tests import.
-    run(Command::new(&python)
+    let mut tests = Command::new(&python);
+    if let Some(binary) = binary(&root) {
+        tests.env("GTFDI_BINARY", binary);
+    }
+    run(tests
         .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir"])
         .arg(root.join("tests/python"))
         .arg(root.join("tests/python"))
         .env("GTFDI_ROOT", &root)
         .current_dir(root.join("target")))
+}
+
+/// The binary that the Rust tests built, if they did; some Python tests read what it writes.
+fn binary(root: &Path) -> Option<PathBuf> {
+    let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
+    let name = format!("gtfdi{}", env::consts::EXE_SUFFIX);
+    let path = target.join("debug").join(name);
+    path.canonicalize().ok().filter(|path| path.is_file())
 }
 
 /// A reference folder that is named but not there is a mistake, not a reason to skip.

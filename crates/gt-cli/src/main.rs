@@ -78,6 +78,11 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Campaign(args) => commands::campaign::run(&args, global),
         Command::Model(ModelCommand::Show { file }) => commands::model::show(&file, global),
         Command::Model(ModelCommand::Check(args)) => commands::model::check(&args, global),
-        Command::Log(LogCommand::Info { file }) => commands::log_info::run(&file, global),
+        Command::Log(LogCommand::Info { file }) => commands::log::info::run(&file, global),
+        Command::Log(LogCommand::Verify { file }) => commands::log::verify::run(&file, global),
+        Command::Log(LogCommand::Recover(args)) => commands::log::recover::run(&args, global),
+        Command::Log(LogCommand::Export(args)) => commands::log::export::run(&args, global),
+        Command::Completions { shell } => commands::shell::completions(shell),
+        Command::Man { out } => commands::shell::man(out.as_deref(), global),
     }
 }

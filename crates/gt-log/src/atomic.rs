@@ -20,13 +20,18 @@ pub(crate) struct Part {
 impl Part {
     /// Opens `NAME.part`; one that a crash left behind is overwritten.
     pub(crate) fn create(target: &Path) -> Result<(Self, File), LogError> {
+        Self::create_with(target, ".part")
+    }
+
+    /// Opens the target's name with `suffix` behind it, for work that may read `NAME.part`.
+    pub(crate) fn create_with(target: &Path, suffix: &str) -> Result<(Self, File), LogError> {
         if target.is_dir() {
             return Err(LogError::Directory {
                 path: target.to_owned(),
             });
         }
         let mut part = OsString::from(target);
-        part.push(".part");
+        part.push(suffix);
         let temporary = PathBuf::from(part);
         let file =
             File::create(&temporary).map_err(|cause| LogError::io(&temporary, "create", cause))?;
@@ -49,6 +54,19 @@ impl Part {
         self.handle
             .sync_all()
             .map_err(|cause| LogError::io(&self.temporary, "sync", cause))
+    }
+
+    /// The bytes that were written so far.
+    pub(crate) fn size(&self) -> Result<u64, LogError> {
+        let metadata = self.handle.metadata();
+        metadata
+            .map(|own| own.len())
+            .map_err(|cause| LogError::io(&self.temporary, "read the size", cause))
+    }
+
+    /// Leaves the file under its temporary name when it is dropped.
+    pub(crate) fn keep(&mut self) {
+        self.published = true;
     }
 
     /// The file's final name.

@@ -467,6 +467,80 @@ pub enum LogError {
         /// The values given.
         found: usize,
     },
+
+    /// A topic whose messages have no number.
+    #[error(
+        "{}: topic `{topic}`: expected messages with numbers, found none; `gtfdi log info` lists \
+         the fields of every topic",
+        path.display()
+    )]
+    NoNumber {
+        /// The file.
+        path: PathBuf,
+        /// The topic.
+        topic: String,
+    },
+    /// There is no room left.
+    #[error(
+        "{}: the disk is full: could not {action}; make room, files that are whole stay whole",
+        path.display()
+    )]
+    NoSpace {
+        /// The file.
+        path: PathBuf,
+        /// What was tried.
+        action: &'static str,
+    },
+    /// An option of a rotating log.
+    #[error("rotation: {option}: expected {expected}, found {found}")]
+    Rotation {
+        /// The option.
+        option: &'static str,
+        /// What was expected.
+        expected: String,
+        /// What was found.
+        found: String,
+    },
+    /// A table of another type, by its extension.
+    #[error("{}: expected a file to write that ends in .csv or .parquet", path.display())]
+    ExportExtension {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A time that a table cannot hold.
+    #[error(
+        "{}: {place}: expected a time that the table can hold, found {found_ns} ns since 1970; \
+         select other rows, or write CSV with the time in seconds",
+        path.display()
+    )]
+    TimeOutOfRange {
+        /// The file.
+        path: PathBuf,
+        /// The row.
+        place: Place,
+        /// The time.
+        found_ns: u64,
+    },
+    /// A log that is to be mended onto itself.
+    #[error(
+        "{}: expected another file to write than the one that is read; give another name",
+        path.display()
+    )]
+    SameFile {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A file in which no record of an MCAP file is found.
+    #[error(
+        "{}: expected the records of an MCAP file, found none in {size} bytes",
+        path.display()
+    )]
+    NothingToRecover {
+        /// The file.
+        path: PathBuf,
+        /// Its bytes.
+        size: u64,
+    },
 }
 
 impl LogError {
@@ -475,6 +549,7 @@ impl LogError {
         match cause.kind() {
             io::ErrorKind::NotFound if action == "open" => Self::NotFound { path },
             io::ErrorKind::IsADirectory => Self::Directory { path },
+            _ if is_full(&cause) => Self::NoSpace { path, action },
             _ => Self::Io {
                 path,
                 action,
@@ -482,6 +557,14 @@ impl LogError {
             },
         }
     }
+}
+
+/// Whether there is no room left.
+pub(crate) fn is_full(cause: &io::Error) -> bool {
+    matches!(
+        cause.kind(),
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded
+    )
 }
 
 /// What is wrong with a cell.

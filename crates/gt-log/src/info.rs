@@ -11,9 +11,10 @@ use mcap::read::ChannelAccumulator;
 use mcap::records::{ChunkHeader, MessageHeader, Record};
 use serde::Serialize;
 
+use crate::LogError;
+use crate::fields::Survey as FieldSurvey;
 use crate::records::scan;
 use crate::source::{self, Hashing};
-use crate::{LogError, reader};
 
 /// What a log holds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -70,7 +71,7 @@ pub struct TopicInfo {
     pub encoding: String,
     /// How many messages there are.
     pub messages: u64,
-    /// Its `double` fields with their units, where it is Protobuf.
+    /// Its numeric fields with their units, where it is Protobuf or JSON.
     pub fields: Vec<Signal>,
     /// Its earliest log time, in seconds since the log's earliest.
     pub first_s: Option<f64>,
@@ -128,10 +129,11 @@ struct Survey {
     attachments: Vec<AttachmentInfo>,
     known: ChannelAccumulator<'static>,
     spans: BTreeMap<u16, Span>,
+    fields: BTreeMap<u16, FieldSurvey>,
 }
 
 impl Survey {
-    fn add(&mut self, record: Record<'_>) -> Result<(), McapError> {
+    fn add(&mut self, path: &Path, record: Record<'_>) -> Result<(), McapError> {
         match record {
             Record::Header(header) => {
                 (self.profile, self.library) = (header.profile, header.library);
@@ -139,10 +141,21 @@ impl Survey {
             Record::Chunk { header, .. } => self.add_chunk(header),
             Record::Schema { header, data } => self.known.add_schema_from_slice(header, &data)?,
             Record::Channel(channel) => {
-                self.spans.entry(channel.id).or_default();
+                let id = channel.id;
+                self.spans.entry(id).or_default();
                 self.known.add_channel(channel)?;
+                if let (Some(channel), false) = (self.known.get(id), self.fields.contains_key(&id))
+                    && let Ok(fields) = FieldSurvey::of(path, &channel)
+                {
+                    self.fields.insert(id, fields);
+                }
             }
-            Record::Message { header, .. } => self.add_message(header)?,
+            Record::Message { header, data } => {
+                if let Some(fields) = self.fields.get_mut(&header.channel_id) {
+                    fields.add(&data);
+                }
+                self.add_message(header)?;
+            }
             Record::Metadata(metadata) => self.metadata.push(MetadataInfo {
                 name: metadata.name,
                 values: metadata.metadata,
@@ -182,10 +195,11 @@ impl Survey {
         Ok(())
     }
 
-    fn topics(&self, path: &Path, first_ns: u64) -> Vec<TopicInfo> {
+    fn topics(&mut self, first_ns: u64) -> Vec<TopicInfo> {
+        let mut surveys = std::mem::take(&mut self.fields);
         let topic = |(&id, span): (&u16, &Span)| {
             let channel = self.known.get(id)?;
-            let fields = reader::fields_of(path, &channel).unwrap_or_default();
+            let fields = surveys.remove(&id).map(FieldSurvey::fields);
             let since_first_s = |time_ns: u64| (time_ns - first_ns) as f64 / 1e9;
             Some(TopicInfo {
                 topic: channel.topic.clone(),
@@ -195,7 +209,7 @@ impl Survey {
                     .map_or(String::new(), |s| s.name.clone()),
                 encoding: channel.message_encoding.clone(),
                 messages: span.count,
-                fields: fields.into_iter().map(|field| field.signal).collect(),
+                fields: fields.map_or(Vec::new(), |fields| fields.signals),
                 first_s: span.bounds_ns.map(|(first, _)| since_first_s(first)),
                 last_s: span.bounds_ns.map(|(_, last)| since_first_s(last)),
             })
@@ -216,7 +230,7 @@ pub fn info(path: &Path) -> Result<LogInfo, LogError> {
     let mut survey = Survey::default();
     scan(path, &mut source, size_bytes, |record| {
         survey
-            .add(record)
+            .add(path, record)
             .map(ControlFlow::Continue)
             .map_err(|cause| LogError::Corrupt {
                 path: path.to_owned(),
@@ -235,7 +249,7 @@ pub fn info(path: &Path) -> Result<LogInfo, LogError> {
         }
     }
     let (first_ns, last_ns) = all.bounds_ns.unzip();
-    let topics = survey.topics(path, first_ns.unwrap_or(0));
+    let topics = survey.topics(first_ns.unwrap_or(0));
     Ok(LogInfo {
         file: path.display().to_string(),
         size_bytes,

@@ -7,27 +7,27 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use gt_core::Signal;
+use gtfdi::ident::Missing;
 use mcap::Channel;
 use mcap::read::ChannelAccumulator;
 use mcap::records::{MessageHeader, Record};
 
+use crate::fields::{Decoder, Fields, Survey};
 use crate::import::{Columns, DEFAULT_TOPIC, Imported, Selection};
-use crate::message::Decoder;
 use crate::records::scan;
-use crate::schema::{DoubleField, double_fields};
 use crate::source::{self, Hashing};
 use crate::table::Table;
 use crate::time::{Clock, Uniform};
 use crate::{LogError, Place};
 
 /// Channels and messages of a log, in the order of the file.
-enum Event<'a> {
+pub(crate) enum Event<'a> {
     Channel(&'a Channel<'static>),
     Message(&'a Channel<'static>, MessageHeader, &'a [u8]),
 }
 
 /// Calls `visit` with every channel, before its messages, and every message.
-fn follow<R: Read>(
+pub(crate) fn follow<R: Read>(
     path: &Path,
     source: R,
     size: u64,
@@ -64,33 +64,10 @@ fn follow<R: Read>(
     })
 }
 
-fn buffered(path: &Path) -> Result<(BufReader<File>, u64), LogError> {
+/// A file to read from its beginning, and its size.
+pub(crate) fn buffered(path: &Path) -> Result<(BufReader<File>, u64), LogError> {
     let (file, size) = source::open(path)?;
     Ok((BufReader::with_capacity(1 << 16, file), size))
-}
-
-/// The `double` fields of a channel.
-pub(crate) fn fields_of(path: &Path, channel: &Channel<'_>) -> Result<Vec<DoubleField>, LogError> {
-    let schema = channel.schema.as_deref();
-    let schema_encoding = schema.map_or("", |schema| schema.encoding.as_str());
-    let (Some(schema), "protobuf", "protobuf") =
-        (schema, channel.message_encoding.as_str(), schema_encoding)
-    else {
-        return Err(LogError::Encoding {
-            path: path.to_owned(),
-            topic: channel.topic.clone(),
-            expected: "Protobuf messages of doubles",
-            found: format!("{} with schema {schema_encoding}", channel.message_encoding),
-        });
-    };
-    double_fields(&schema.name, &schema.data, &channel.metadata).map_err(|cause| {
-        LogError::Descriptor {
-            path: path.to_owned(),
-            topic: channel.topic.clone(),
-            message: schema.name.clone(),
-            cause,
-        }
-    })
 }
 
 fn unknown_topic(path: &Path, topic: &str, topics: BTreeSet<String>) -> LogError {
@@ -102,23 +79,66 @@ fn unknown_topic(path: &Path, topic: &str, topics: BTreeSet<String>) -> LogError
     }
 }
 
-/// The fields of a topic.
-pub(crate) fn columns(path: &Path, topic: &str) -> Result<Vec<Signal>, LogError> {
+/// The fields of the channels of a topic, by the channels' ids in the order of the file. Messages are
+/// read only where they are needed to tell.
+pub(crate) fn fields_of_topic(path: &Path, topic: &str) -> Result<Vec<(u16, Fields)>, LogError> {
     let (source, size) = buffered(path)?;
     let mut topics = BTreeSet::new();
-    let mut found = None;
+    let mut surveys: Vec<(u16, Survey)> = Vec::new();
     follow(path, source, size, |event| {
-        if let Event::Channel(channel) = event {
-            topics.insert(channel.topic.clone());
-            if channel.topic == topic {
-                found = Some(fields_of(path, channel)?);
-                return Ok(ControlFlow::Break(()));
+        match event {
+            Event::Channel(channel) => {
+                topics.insert(channel.topic.clone());
+                let known = surveys.iter().any(|(id, _)| *id == channel.id);
+                if channel.topic == topic && !known {
+                    let survey = Survey::of(path, channel)?;
+                    let is_done = surveys.is_empty() && !survey.needs_messages();
+                    surveys.push((channel.id, survey));
+                    if is_done {
+                        return Ok(ControlFlow::Break(()));
+                    }
+                }
             }
+            Event::Message(channel, _, data) if channel.topic == topic => {
+                if let Some((_, survey)) = surveys.iter_mut().find(|(id, _)| *id == channel.id) {
+                    survey.add(data);
+                }
+            }
+            Event::Message(..) => {}
         }
         Ok(ControlFlow::Continue(()))
     })?;
-    let fields = found.ok_or_else(|| unknown_topic(path, topic, topics))?;
-    Ok(fields.into_iter().map(|field| field.signal).collect())
+    if surveys.is_empty() {
+        return Err(unknown_topic(path, topic, topics));
+    }
+    let fields = surveys.into_iter().map(|(id, own)| (id, own.fields()));
+    Ok(fields.collect())
+}
+
+/// The fields of a topic.
+pub(crate) fn columns(path: &Path, topic: &str) -> Result<Vec<Signal>, LogError> {
+    let channels = fields_of_topic(path, topic)?.into_iter();
+    channels
+        .map(|(_, fields)| fields.signals)
+        .find(|signals| !signals.is_empty())
+        .ok_or_else(|| no_number(path, topic))
+}
+
+pub(crate) fn no_number(path: &Path, topic: &str) -> LogError {
+    LogError::NoNumber {
+        path: path.to_owned(),
+        topic: topic.to_owned(),
+    }
+}
+
+/// The time of a message. Live logs: published when measured, logged when received. Some writers know
+/// only one.
+pub(crate) fn message_time_ns(header: &MessageHeader) -> u64 {
+    if header.publish_time == 0 {
+        header.log_time
+    } else {
+        header.publish_time
+    }
 }
 
 /// What is wrong with a message, to be told only if it is selected.
@@ -137,12 +157,7 @@ struct Messages {
 
 impl Messages {
     fn push(&mut self, header: &MessageHeader, decoder: &Decoder, width: usize, data: &[u8]) {
-        // Live logs: published when measured, logged when received. Some writers know only one.
-        let time_ns = if header.publish_time == 0 {
-            header.log_time
-        } else {
-            header.publish_time
-        };
+        let time_ns = message_time_ns(header);
         let index = self.times_ns.len();
         self.times_ns.push(time_ns);
         match decoder.decode(data) {
@@ -154,8 +169,7 @@ impl Messages {
                     .extend(sample.into_iter().map(|value| value.unwrap_or(f64::NAN)));
             }
             Err(cause) => {
-                self.faults
-                    .insert(index, Fault::Malformed(cause.to_string()));
+                self.faults.insert(index, Fault::Malformed(cause));
                 self.values.extend(std::iter::repeat_n(f64::NAN, width));
             }
         }
@@ -169,11 +183,22 @@ pub(crate) fn read_dataset(path: &Path, selection: &Selection) -> Result<Importe
         return Err(LogError::TimeColumnOfLog { path, column });
     }
     let topic = selection.topic.as_deref().unwrap_or(DEFAULT_TOPIC);
+    let channels = fields_of_topic(path, topic)?;
+    let Some((_, fields)) = channels.iter().find(|(_, own)| !own.signals.is_empty()) else {
+        return Err(no_number(path, topic));
+    };
+    let columns = Columns::resolve(path, &fields.signals, None, selection)?;
+    let table = Table::new(&columns, &fields.signals);
+    let mut decoders: HashMap<u16, Decoder> = HashMap::new();
+    for (id, fields) in &channels {
+        // A second channel of the topic (a merged log) must have the same tags.
+        decoders.insert(
+            *id,
+            fields.decoder(again(path, &table.signals, &fields.signals)?),
+        );
+    }
     let (source, size) = buffered(path)?;
     let mut source = Hashing::new(source);
-    let mut topics = BTreeSet::new();
-    let mut table: Option<Table> = None;
-    let mut decoders: HashMap<u16, Decoder> = HashMap::new();
     let mut messages = Messages {
         times_ns: vec![],
         values: vec![],
@@ -182,25 +207,14 @@ pub(crate) fn read_dataset(path: &Path, selection: &Selection) -> Result<Importe
     follow(path, &mut source, size, |event| {
         match event {
             Event::Channel(channel) => {
-                topics.insert(channel.topic.clone());
                 if channel.topic == topic && !decoders.contains_key(&channel.id) {
-                    let fields = fields_of(path, channel)?;
-                    let decoder = match &table {
-                        None => {
-                            let signals: Vec<Signal> =
-                                fields.iter().map(|field| field.signal.clone()).collect();
-                            let columns = Columns::resolve(path, &signals, None, selection)?;
-                            table = Some(Table::new(&columns, &signals));
-                            Decoder::new(columns.all().map(|index| &fields[index]))
-                        }
-                        // A second channel of the topic (a merged log) must have the same tags.
-                        Some(table) => Decoder::new(again(path, table, &fields)?),
-                    };
-                    decoders.insert(channel.id, decoder);
+                    let fields = Survey::of(path, channel)?.fields();
+                    let columns = again(path, &table.signals, &fields.signals)?;
+                    decoders.insert(channel.id, fields.decoder(columns));
                 }
             }
             Event::Message(channel, header, data) => {
-                if let (Some(decoder), Some(table)) = (decoders.get(&channel.id), &table) {
+                if let Some(decoder) = decoders.get(&channel.id) {
                     messages.push(&header, decoder, table.signals.len(), data);
                 }
             }
@@ -210,30 +224,24 @@ pub(crate) fn read_dataset(path: &Path, selection: &Selection) -> Result<Importe
     let sha256 = source
         .finish()
         .map_err(|cause| LogError::io(path, "read", cause))?;
-    let table = table.ok_or_else(|| unknown_topic(path, topic, topics))?;
     assemble(path, topic, selection, table, &messages, sha256)
 }
 
-/// The fields of another channel that belong to the columns of the table.
-fn again<'f>(
+/// The places among the fields of another channel of the signals that are wanted.
+pub(crate) fn again(
     path: &Path,
-    table: &Table,
-    fields: &'f [DoubleField],
-) -> Result<Vec<&'f DoubleField>, LogError> {
+    wanted: &[Signal],
+    fields: &[Signal],
+) -> Result<Vec<usize>, LogError> {
     let find = |signal: &Signal| {
-        fields
-            .iter()
-            .find(|field| field.signal.name == signal.name)
-            .ok_or_else(|| LogError::UnknownColumn {
-                path: path.to_owned(),
-                column: signal.name.clone(),
-                available: fields
-                    .iter()
-                    .map(|field| field.signal.name.clone())
-                    .collect(),
-            })
+        let place = fields.iter().position(|field| field.name == signal.name);
+        place.ok_or_else(|| LogError::UnknownColumn {
+            path: path.to_owned(),
+            column: signal.name.clone(),
+            available: fields.iter().map(|field| field.name.clone()).collect(),
+        })
     };
-    table.signals.iter().map(find).collect()
+    wanted.iter().map(find).collect()
 }
 
 /// The selected messages in the order of time.
@@ -263,11 +271,7 @@ fn assemble(
     for &index in &order[rows.clone()] {
         let (path, topic, time_s) = (path.to_owned(), topic.to_owned(), time_s(index));
         match messages.faults.get(&index) {
-            None => {
-                let sample = &messages.values[index * width..(index + 1) * width];
-                table.push(sample.iter().copied());
-            }
-            Some(&Fault::Missing(slot)) => {
+            Some(&Fault::Missing(slot)) if selection.missing == Missing::Refuse => {
                 let column = table.signals[slot].name.clone();
                 return Err(LogError::MissingField {
                     path,
@@ -284,6 +288,10 @@ fn assemble(
                     time_s,
                     cause,
                 });
+            }
+            _ => {
+                let sample = &messages.values[index * width..(index + 1) * width];
+                table.push(sample.iter().copied());
             }
         }
     }

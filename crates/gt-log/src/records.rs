@@ -16,7 +16,7 @@ use mcap::{MAGIC, McapError, parse_record};
 use crate::LogError;
 
 /// Opcode and length of a record.
-const PREFIX: usize = 1 + 8;
+pub(crate) const PREFIX: usize = 1 + 8;
 /// No record of a log comes near this; a length beyond it is a broken one.
 const RECORD_LIMIT: usize = 256 << 20;
 
@@ -103,7 +103,8 @@ fn read_some<R: Read>(source: &mut R, target: &mut [u8]) -> io::Result<usize> {
     }
 }
 
-fn parse(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
+/// A record of its body, where its strings and maps lie within that.
+pub(crate) fn parse(opcode: u8, body: &[u8]) -> Result<Record<'_>, McapError> {
     if !is_within(opcode, body) {
         return Err(McapError::UnexpectedEof);
     }
@@ -120,6 +121,9 @@ fn is_within(opcode: u8, body: &[u8]) -> bool {
         op::METADATA => (0, 1, 4),
         op::CHUNK => (28, 1, 8),
         op::ATTACHMENT => (16, 2, 8 + 4),
+        op::ATTACHMENT_INDEX => (40, 2, 0),
+        op::METADATA_INDEX => (16, 1, 0),
+        op::CHUNK_INDEX => return is_chunk_index(body),
         _ => return true,
     };
     let Some(rest) = body
@@ -132,6 +136,18 @@ fn is_within(opcode: u8, body: &[u8]) -> bool {
         return false;
     }
     !matches!(opcode, op::CHANNEL | op::METADATA) || is_map(rest)
+}
+
+/// Whether the offsets and the compression of a chunk's index lie within its body.
+fn is_chunk_index(body: &[u8]) -> bool {
+    let after_offsets = body
+        .get(32..)
+        .and_then(|rest| rest.split_first_chunk::<4>())
+        .and_then(|(length, rest)| rest.get(usize::try_from(u32::from_le_bytes(*length)).ok()?..));
+    after_offsets
+        .and_then(|rest| rest.get(8..))
+        .and_then(|rest| skip_strings(rest, 1))
+        .is_some_and(|rest| rest.len() >= 16)
 }
 
 /// What follows `count` strings, each its length in 4 bytes and then its bytes.

@@ -155,6 +155,22 @@ pub(crate) struct DoubleField {
     pub(crate) absent: Option<f64>,
 }
 
+/// Whether the message called `full_name` has nothing but single `double` fields. The error says in
+/// words why that cannot be told.
+pub(crate) fn is_flat(full_name: &str, descriptor: &[u8]) -> Result<bool, String> {
+    let set = FileDescriptorSet::decode(descriptor).map_err(|cause| cause.to_string())?;
+    let message = set
+        .file
+        .iter()
+        .find_map(|file| find_message(file.package(), &file.message_type, full_name))
+        .ok_or_else(|| "a descriptor without it".to_owned())?;
+    Ok(!message.field.is_empty()
+        && message
+            .field
+            .iter()
+            .all(|field| field.r#type() == Type::Double && field.label() != Label::Repeated))
+}
+
 /// The `double` fields of the message called `full_name`, with tags and units from the channel's
 /// metadata. The error says in words why there are none.
 pub(crate) fn double_fields(

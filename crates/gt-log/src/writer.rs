@@ -12,6 +12,7 @@ use mcap::{Attachment, Compression, McapError, WriteOptions};
 use serde::Serialize;
 
 use crate::atomic::Part;
+use crate::error::is_full;
 use crate::schema::{MessageSchema, TAGS_KEY, UNITS_KEY, is_message_name};
 use crate::{EPOCH_NS, LogError, build_info, message, sha256_hex};
 
@@ -321,6 +322,22 @@ impl LogWriter {
         part.publish(file)
     }
 
+    /// The bytes that are in the file so far.
+    pub(crate) fn size(&self) -> Result<u64, LogError> {
+        self.part.size()
+    }
+
+    /// Ends the work and leaves the file as `NAME.part`.
+    pub(crate) fn abandon(mut self) {
+        self.part.keep();
+    }
+
+    /// As [`LogWriter::finish`], but where that fails the file stays as `NAME.part`.
+    pub(crate) fn finish_or_keep(mut self) -> Result<(), LogError> {
+        self.part.keep();
+        self.finish()
+    }
+
     fn check_new(&self, topic: &str, message: &str) -> Result<(), LogError> {
         if !is_message_name(message) {
             return Err(LogError::MessageName {
@@ -405,9 +422,15 @@ impl LogWriter {
     }
 }
 
-fn write(path: &Path, cause: McapError) -> LogError {
-    LogError::Write {
-        path: path.to_owned(),
-        cause,
+pub(crate) fn write(path: &Path, cause: McapError) -> LogError {
+    match cause {
+        McapError::Io(cause) if is_full(&cause) => LogError::NoSpace {
+            path: path.to_owned(),
+            action: "write",
+        },
+        cause => LogError::Write {
+            path: path.to_owned(),
+            cause,
+        },
     }
 }

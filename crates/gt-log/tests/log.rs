@@ -400,8 +400,8 @@ fn wrong_topics_are_named() {
     );
     assert_eq!(
         error(&path, &topic("/alarms")),
-        "topic `/alarms`: expected Protobuf messages of doubles, found `json with schema \
-         jsonschema`"
+        "expected 2 rows or more to tell the sample time, found 1; give it",
+        "the one alarm of the log: numbers of JSON are columns too"
     );
     assert_eq!(
         error(

@@ -7,6 +7,7 @@ mod campaign;
 mod design;
 mod detect;
 mod identify;
+mod log;
 mod model;
 mod simulate;
 
@@ -26,6 +27,7 @@ pub use detect::{DetectArgs, FailOn};
 pub use identify::{
     Criterion, ErrorModel, IdentifyArgs, LeastSquaresSolver, Method, MissingSamples, Structure,
 };
+pub use log::{ExportArgs, LogCommand, RecoverArgs, TimeFormat};
 pub use model::{CheckArgs, ModelCommand};
 pub use simulate::SimulateArgs;
 
@@ -126,21 +128,23 @@ pub enum Command {
     /// Look into model files
     #[command(subcommand)]
     Model(ModelCommand),
-    /// Look into MCAP logs
+    /// Look into, check, mend and export MCAP logs
     #[command(subcommand)]
     Log(LogCommand),
-}
-
-/// Verbs on logs.
-#[derive(Debug, Subcommand)]
-pub enum LogCommand {
-    /// Print what a log holds
+    /// Print a script that completes options in a shell
     ///
-    /// Example: gtfdi log info run.mcap --json
-    Info {
-        /// The log
-        #[arg(value_name = "FILE.mcap")]
-        file: PathBuf,
+    /// Example: gtfdi completions bash > ~/.local/share/bash-completion/completions/gtfdi
+    Completions {
+        /// The shell
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page, or write one for every verb
+    ///
+    /// Example: gtfdi man --out man1
+    Man {
+        /// Folder of the pages, made where it is missing; without it the main page is printed
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
     },
 }
 

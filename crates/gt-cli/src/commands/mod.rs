@@ -6,10 +6,11 @@ pub mod detect;
 mod equation;
 mod finding;
 pub mod identify;
-pub mod log_info;
+pub mod log;
 pub mod model;
 mod noise;
 pub mod reproduce;
+pub mod shell;
 pub mod simulate;
 
 /// Version of every JSON object on standard output; it rises when a key changes its meaning.

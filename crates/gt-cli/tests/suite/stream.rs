@@ -103,22 +103,38 @@ fn nothing_is_coloured_without_a_terminal_or_with_no_color() {
     assert!(!coloured(&[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]));
 }
 
+/// Every verb there is, found by walking through the help texts.
+fn verbs(place: &Place) -> Vec<Vec<String>> {
+    let mut open = vec![Vec::new()];
+    let mut found = Vec::new();
+    while let Some(verb) = open.pop() {
+        let args: Vec<&str> = verb.iter().map(String::as_str).chain(["--help"]).collect();
+        let help = place.done(&args);
+        let lines = help.lines().skip_while(|line| *line != "Commands:").skip(1);
+        let inner: Vec<&str> = lines
+            .take_while(|line| !line.trim().is_empty())
+            .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+            .filter_map(|line| line.split_whitespace().next())
+            .filter(|name| *name != "help")
+            .collect();
+        if inner.is_empty() {
+            found.push(verb);
+        } else {
+            let below = |name: &&str| [&verb[..], &[(*name).to_owned()]].concat();
+            open.extend(inner.iter().map(below));
+        }
+    }
+    found
+}
+
 #[test]
 fn help_of_each_verb_shows_an_example() {
     let place = place();
-    let verbs: [&[&str]; 9] = [
-        &["simulate"],
-        &["identify"],
-        &["design"],
-        &["detect"],
-        &["reproduce"],
-        &["campaign"],
-        &["log", "info"],
-        &["model", "show"],
-        &["model", "check"],
-    ];
-    for verb in verbs {
-        let help = place.done(&[verb, &["--help"]].concat());
+    let verbs = verbs(&place);
+    assert!(verbs.len() >= 14, "{verbs:?}");
+    for verb in &verbs {
+        let args: Vec<&str> = verb.iter().map(String::as_str).chain(["--help"]).collect();
+        let help = place.done(&args);
         let example = format!("Example: gtfdi {}", verb.join(" "));
         assert!(help.contains(&example), "{help}");
     }

@@ -45,8 +45,8 @@ pub struct Selection {
     pub topic: Option<String>,
     /// The data rows; the others need not be valid.
     pub rows: Option<Range<usize>>,
-    /// With [`Missing::Break`] an empty cell of a CSV file, or one that is NaN, is a sample that is
-    /// NaN, and a longer step in time is a break of the record (see [`Imported::pieces`]).
+    /// With [`Missing::Break`] an empty cell of a CSV file, or one that is NaN, or a field that a
+    /// message of a log leaves out, is a sample that is NaN, and a longer step in time is a break of the record (see [`Imported::pieces`]).
     pub missing: Missing,
 }
 
@@ -196,9 +196,11 @@ impl Format {
 /// [`Selection::missing`] allows them. A column that is
 /// selected as a signal is not taken for the time by its name alone.
 ///
-/// **MCAP**: the messages of one Protobuf topic in the order of their publish times (of their log
-/// times where the writer left those at zero). NaN stays NaN; a selected field that is absent is an
-/// error.
+/// **MCAP**: the messages of one topic in the order of their publish times (of their log times where
+/// the writer left those at zero), whatever the chunks. Protobuf with its descriptor, of this or any
+/// other writer, and JSON: numbers, truth values and enumerations, those of nested messages as `a.b`,
+/// of arrays as `a[0]`. NaN stays NaN; a selected field that is absent is an error, or with
+/// [`Missing::Break`] a sample that is NaN.
 ///
 /// # Errors
 /// [`LogError`] names the file, the line or time, the column, what was expected and what was found.
@@ -210,8 +212,8 @@ pub fn read_dataset(path: &Path, selection: &Selection) -> Result<Imported, LogE
     }
 }
 
-/// The columns of a CSV file, or the `double` fields of a topic of an MCAP log ([`DEFAULT_TOPIC`]
-/// where none is named) with their units.
+/// The columns of a CSV file, or the numeric fields of a topic of an MCAP log ([`DEFAULT_TOPIC`] where
+/// none is named) with their units. Those of arrays and of JSON are looked for in all messages.
 ///
 /// # Errors
 /// As [`read_dataset`].

@@ -7,9 +7,9 @@ use gt_log::{LogInfo, info};
 use gtfdi::core::Signal;
 use serde::Serialize;
 
-use super::SCHEMA_VERSION;
 use crate::Outcome;
 use crate::cli::GlobalArgs;
+use crate::commands::SCHEMA_VERSION;
 use crate::failure::Failure;
 use crate::output::{number, print, print_json, table};
 

@@ -1,0 +1,297 @@
+//! The second pass over a file: what is sound goes into a new one.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+use mcap::records::{MessageHeader, Metadata, Record, op};
+use mcap::{Attachment, Compression, WriteOptions, Writer};
+
+use super::survey::{Piece, Survey};
+use super::{Loss, LossKind, RecoveredTopic, Recovery, provenance};
+use crate::LogError;
+use crate::atomic::Part;
+use crate::chunk::unpack;
+use crate::raw::{RawFile, Tiles};
+use crate::records::parse;
+use crate::writer::write as cannot_write;
+
+/// Messages of a channel: how many, from when, to when.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    count: u64,
+    first_ns: u64,
+    last_ns: u64,
+}
+
+struct Copy<'a> {
+    out: &'a Path,
+    file: &'a mut RawFile,
+    writer: Writer<BufWriter<File>>,
+    survey: Survey,
+    /// The channels that can be written.
+    defined: BTreeSet<u16>,
+    spans: BTreeMap<u16, Span>,
+    /// Messages without a channel, by its id.
+    undefined: BTreeMap<u16, Span>,
+    metadata: Vec<String>,
+    attachments: Vec<String>,
+}
+
+/// Writes what the survey found to `out`.
+pub(super) fn copy(
+    path: &Path,
+    file: &mut RawFile,
+    survey: Survey,
+    out: &Path,
+    sha256: String,
+) -> Result<Recovery, LogError> {
+    // `out.part` may be the file that is read.
+    let (part, sink) = Part::create_with(out, ".recovered.part")?;
+    let header = survey.header.clone();
+    let writer = WriteOptions::new()
+        .profile(header.map_or(String::new(), |header| header.profile))
+        .library(concat!("gt-log/", env!("CARGO_PKG_VERSION"), " recover"))
+        .compression(Some(Compression::Zstd))
+        .compression_threads(0)
+        .create(BufWriter::new(sink))
+        .map_err(|cause| cannot_write(out, cause))?;
+    let mut copy = Copy {
+        out,
+        file,
+        writer,
+        survey,
+        defined: BTreeSet::new(),
+        spans: BTreeMap::new(),
+        undefined: BTreeMap::new(),
+        metadata: Vec::new(),
+        attachments: Vec::new(),
+    };
+    let pieces = std::mem::take(&mut copy.survey.pieces);
+    copy.lead(&pieces)?;
+    copy.definitions()?;
+    for piece in &pieces {
+        copy.messages(piece)?;
+    }
+    copy.finish(path, sha256, part, &pieces)
+}
+
+impl Copy<'_> {
+    /// Metadata and attachments.
+    fn lead(&mut self, pieces: &[Piece]) -> Result<(), LogError> {
+        let body = |file: &mut RawFile, offset, length| -> Result<Vec<u8>, LogError> {
+            Ok(file.body(offset, length)?.unwrap_or_default())
+        };
+        for piece in pieces {
+            if let Piece::Metadata { offset, length } = *piece
+                && let bytes = body(self.file, offset, length)?
+                && let Ok(Record::Metadata(record)) = parse(op::METADATA, &bytes)
+            {
+                self.put(&record)?;
+            }
+        }
+        for piece in pieces {
+            if let Piece::Attachment { offset, length } = *piece
+                && let bytes = body(self.file, offset, length)?
+                && let Ok(Record::Attachment { header, data, .. }) = parse(op::ATTACHMENT, &bytes)
+            {
+                self.attachments.push(header.name.clone());
+                let attachment = Attachment {
+                    log_time: header.log_time,
+                    create_time: header.create_time,
+                    name: header.name,
+                    media_type: header.media_type,
+                    data: Cow::Borrowed(&data),
+                };
+                self.writer
+                    .attach(&attachment)
+                    .map_err(|cause| cannot_write(self.out, cause))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn put(&mut self, record: &Metadata) -> Result<(), LogError> {
+        self.metadata.push(record.name.clone());
+        self.writer
+            .write_metadata(record)
+            .map_err(|cause| cannot_write(self.out, cause))
+    }
+
+    /// Schemas and channels under the ids they have.
+    fn definitions(&mut self) -> Result<(), LogError> {
+        for (id, (header, data)) in &self.survey.schemas {
+            self.writer
+                .add_schema_with_id(*id, &header.name, &header.encoding, data)
+                .map_err(|cause| cannot_write(self.out, cause))?;
+        }
+        for (id, channel) in &self.survey.channels {
+            if channel.schema_id != 0 && !self.survey.schemas.contains_key(&channel.schema_id) {
+                continue;
+            }
+            self.writer
+                .add_channel_with_id(
+                    *id,
+                    channel.schema_id,
+                    &channel.topic,
+                    &channel.message_encoding,
+                    &channel.metadata,
+                )
+                .map_err(|cause| cannot_write(self.out, cause))?;
+            self.defined.insert(*id);
+        }
+        Ok(())
+    }
+
+    fn messages(&mut self, piece: &Piece) -> Result<(), LogError> {
+        let bytes = match piece {
+            Piece::Chunk {
+                offset,
+                length,
+                compression,
+            }
+            | Piece::CutChunk {
+                offset,
+                length,
+                compression,
+            } => unpack(compression, &self.file.read(*offset, *length)?).bytes,
+            Piece::Plain { offset, length } => return self.plain(*offset, *length),
+            Piece::Attachment { .. } | Piece::Metadata { .. } => return Ok(()),
+        };
+        for (_, opcode, body) in Tiles::new(&bytes) {
+            self.record(opcode, body)?;
+        }
+        Ok(())
+    }
+
+    /// Records outside a chunk, one at a time.
+    fn plain(&mut self, mut offset: u64, length: u64) -> Result<(), LogError> {
+        let end = offset + length;
+        while offset < end {
+            let Some((opcode, length)) = self.file.prefix(offset)? else {
+                break;
+            };
+            let Some(body) = self.file.body(offset, length)? else {
+                break;
+            };
+            self.record(opcode, &body)?;
+            offset += crate::records::PREFIX as u64 + length;
+        }
+        Ok(())
+    }
+
+    fn record(&mut self, opcode: u8, body: &[u8]) -> Result<(), LogError> {
+        if opcode != op::MESSAGE {
+            return Ok(());
+        }
+        let Ok(Record::Message { header, data }) = parse(opcode, body) else {
+            return Ok(());
+        };
+        if !self.defined.contains(&header.channel_id) {
+            count(&mut self.undefined, &header);
+            return Ok(());
+        }
+        count(&mut self.spans, &header);
+        self.writer
+            .write_to_known_channel(&header, &data)
+            .map_err(|cause| cannot_write(self.out, cause))
+    }
+
+    fn finish(
+        mut self,
+        path: &Path,
+        sha256: String,
+        part: Part,
+        pieces: &[Piece],
+    ) -> Result<Recovery, LogError> {
+        for (id, span) in &self.undefined {
+            self.survey.losses.push(Loss {
+                offset: 0,
+                bytes: 0,
+                kind: LossKind::Undefined,
+                first_ns: Some(span.first_ns),
+                last_ns: Some(span.last_ns),
+                cause: format!(
+                    "{} messages of channel {id}, whose definition is lost",
+                    span.count
+                ),
+            });
+        }
+        let size_bytes = self.file.size();
+        let closed = self.survey.closed;
+        let losses = std::mem::take(&mut self.survey.losses);
+        let sound = closed && losses.is_empty();
+        if !sound {
+            let record = Metadata {
+                name: "gtfdi.recovery".to_owned(),
+                metadata: provenance(size_bytes, &sha256, &losses),
+            };
+            self.put(&record)?;
+        }
+        let topics = self.topics();
+        let Self {
+            mut writer,
+            out,
+            metadata,
+            attachments,
+            spans,
+            ..
+        } = self;
+        writer.finish().map_err(|cause| cannot_write(out, cause))?;
+        let file = writer
+            .into_inner()
+            .into_inner()
+            .map_err(|failed| LogError::io(out, "write", failed.into_error()))?;
+        part.publish(file)?;
+        let whole = pieces
+            .iter()
+            .filter(|own| matches!(own, Piece::Chunk { .. }));
+        Ok(Recovery {
+            file: path.display().to_string(),
+            size_bytes,
+            sha256,
+            out: out.display().to_string(),
+            sound,
+            closed,
+            messages: spans.values().map(|span| span.count).sum(),
+            whole_chunks: whole.count() as u64,
+            cut_chunk: pieces
+                .iter()
+                .any(|own| matches!(own, Piece::CutChunk { .. })),
+            metadata,
+            attachments,
+            topics,
+            lost_bytes: losses.iter().map(|loss| loss.bytes).sum(),
+            losses,
+        })
+    }
+
+    fn topics(&self) -> Vec<RecoveredTopic> {
+        let channels = self.defined.iter().filter_map(|id| {
+            let channel = self.survey.channels.get(id)?;
+            let span = self.spans.get(id);
+            Some(RecoveredTopic {
+                topic: channel.topic.clone(),
+                messages: span.map_or(0, |span| span.count),
+                first_ns: span.map(|span| span.first_ns),
+                last_ns: span.map(|span| span.last_ns),
+            })
+        });
+        let mut topics: Vec<RecoveredTopic> = channels.collect();
+        topics.sort_by(|a, b| a.topic.cmp(&b.topic));
+        topics
+    }
+}
+
+fn count(spans: &mut BTreeMap<u16, Span>, header: &MessageHeader) {
+    let span = spans.entry(header.channel_id).or_insert(Span {
+        count: 0,
+        first_ns: header.log_time,
+        last_ns: header.log_time,
+    });
+    span.count += 1;
+    span.first_ns = span.first_ns.min(header.log_time);
+    span.last_ns = span.last_ns.max(header.log_time);
+}
