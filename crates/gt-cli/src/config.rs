@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::cli::{
-    CampaignArgs, CheckArgs, DesignArgs, DetectArgs, GlobalArgs, IdentifyArgs, ReproduceArgs,
-    SimulateArgs,
+    CampaignArgs, CheckArgs, DataCheckArgs, DesignArgs, DetectArgs, GlobalArgs, IdentifyArgs,
+    ReproduceArgs, SimulateArgs,
 };
 use crate::failure::Failure;
 
@@ -35,6 +35,7 @@ struct ConfigFile {
     reproduce: Option<ReproduceArgs>,
     campaign: Option<CampaignArgs>,
     model_check: Option<CheckArgs>,
+    data_check: Option<DataCheckArgs>,
 }
 
 /// Lays `given` (flags and environment) over the file's `section` over `defaults`.

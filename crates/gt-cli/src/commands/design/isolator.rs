@@ -185,7 +185,7 @@ impl Work<'_> {
         warnings: &mut Vec<String>,
     ) -> Result<Vec<PairRecords>, Failure> {
         let model = &self.file.model;
-        let wanted = selection_for(model, &self.args.reading, None);
+        let wanted = selection_for(model, &self.args.reading, None)?;
         let folder = self.faults_path.parent().unwrap_or(Path::new(""));
         let mut read = |path: &PathBuf| {
             let path = folder.join(path);

@@ -297,7 +297,7 @@ fn read_healthy(
 ) -> Result<Healthy, Failure> {
     let model = &file.model;
     let rows = args.rows.as_ref().map(|rows| rows.0.clone());
-    let wanted = selection_for(model, &args.reading, rows);
+    let wanted = selection_for(model, &args.reading, rows)?;
     let optimism = in_sample_optimism(model).into_iter().fold(1.0, f64::max);
     let mut healthy = Healthy {
         records: Vec::new(),
