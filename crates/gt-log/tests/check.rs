@@ -297,6 +297,43 @@ fn what_is_there_is_described() {
 }
 
 #[test]
+fn tags_are_named_and_columns_of_texts_are_damages_where_they_are_selected() {
+    let folder = tempdir().unwrap();
+    let tags = folder.path().join("tags.toml");
+    let rule = "[tags.F]\nname = \"flow\"\nunit = \"kg/h\"\nto = \"kg/s\"\nhigh = 7200.0\n";
+    fs::write(&tags, rule).unwrap();
+    let selection = Selection {
+        reading: Reading {
+            tags: Some(gt_log::TagMap::read(&tags).unwrap()),
+            ..Reading::default()
+        },
+        ..Selection::default()
+    };
+    let wide = "time,F,note\n0,3600,a\n1,7200,b\n2,9000,c\n";
+    let long = "tag,time,value\nF,0,3600\nF,1,7200\nF,2,9000\n";
+    for text in [wide, long] {
+        let found = check_bytes(text.as_bytes(), &selection);
+        let flow = &found.tags[0];
+        assert_eq!((flow.name.as_str(), flow.unit.as_str()), ("flow", "kg/s"));
+        assert_eq!(
+            (flow.minimum, flow.maximum, flow.missing),
+            (Some(1.0), Some(2.0), 1)
+        );
+        assert!(found.damages.is_empty(), "{:#?}", found.damages);
+    }
+    let chosen = Selection {
+        outputs: vec!["note".to_owned()],
+        ..Selection::default()
+    };
+    let found = check_bytes(wide.as_bytes(), &chosen);
+    let expected = [2, 3, 4].map(|line| format!("number {line} note --bad-values"));
+    assert_eq!(damages(&found), expected);
+    let thousands = "y\n\"1,234\"\n\"5,678\"\n";
+    let found = check_bytes(thousands.as_bytes(), &Selection::default());
+    assert_eq!(damages(&found), ["number 2 y -", "number 3 y -"]);
+}
+
+#[test]
 fn what_is_no_table_is_refused() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("a.mcap");

@@ -8,8 +8,8 @@ use gtfdi::ident::Missing;
 
 use super::{Damage, DamageKind, DataCheck, TagCheck, TagKind, tag, timing};
 use crate::import::{
-    Cell, Numerals, Quality, Roles, Sample, Selection, Sheet, TimeReader, Tracks, cell_error,
-    check_count, chosen_tags, time_column, time_reader,
+    Cell, Conversion, Numerals, Quality, Roles, Sample, Selection, Sheet, TimeReader, Tracks,
+    cell_error, check_count, chosen_tags, conversions, time_column, time_reader,
 };
 use crate::time::Clock;
 use crate::{LogError, Place};
@@ -77,16 +77,31 @@ impl Reading {
         }
     }
 
-    /// The tag and its damages. Texts where nothing is a number are a column of texts, no damage.
-    fn finish(mut self) -> (TagCheck, Vec<Damage>) {
+    /// A value in the record's unit; NaN where it is out of range, which counts as missing.
+    fn convert(&mut self, conversion: &Conversion, value: f64) -> f64 {
+        conversion.of(value).unwrap_or_else(|| {
+            self.check.missing += 1;
+            let word = "out of range".to_owned();
+            *self.check.words.entry(word).or_default() += 1;
+            f64::NAN
+        })
+    }
+
+    /// The tag and its damages. Texts where nothing is a number are a column of texts: no damage,
+    /// unless the tag is selected.
+    fn finish(mut self, is_selected: bool) -> (TagCheck, Vec<Damage>) {
         tag::describe(&mut self.check, &self.values, &self.places);
-        let other = self
+        let numbers = self
             .texts
             .iter()
-            .any(|damage| damage.kind == DamageKind::Number);
-        if self.check.kind == TagKind::Empty && other {
+            .filter(|damage| damage.kind == DamageKind::Number);
+        let mut others = numbers.map(|damage| damage.mended_by == Some("--bad-values"));
+        let is_text = others.next() == Some(true) && others.all(|is_other| is_other);
+        if self.check.kind == TagKind::Empty && is_text {
             self.check.kind = TagKind::Text;
-            self.texts.clear();
+            if !is_selected {
+                self.texts.clear();
+            }
         }
         (self.check, self.texts)
     }
@@ -105,7 +120,14 @@ pub(super) fn examine(
     if let Some(roles) = Roles::of(path, &header, selection)? {
         report.layout = Some("long");
         let reader = time_reader(path, sheet, roles.time, 0, numerals, &selection.reading)?;
-        long(path, sheet, roles, (reader, numerals), report, &mut damages)?;
+        long(
+            path,
+            sheet,
+            roles,
+            (reader, numerals, selection),
+            report,
+            &mut damages,
+        )?;
     } else {
         report.layout = Some("wide");
         wide(path, sheet, numerals, selection, report, &mut damages)?;
@@ -129,7 +151,8 @@ fn wide(
     report: &mut DataCheck,
     damages: &mut Vec<Damage>,
 ) -> Result<(), LogError> {
-    let header = sheet.header().to_vec();
+    let mut header = sheet.header().to_vec();
+    let conversions = conversions(path, &mut header, &selection.reading)?;
     let time = time_column(path, &header, selection)?;
     let mut reader = if let Some(column) = time {
         Some(time_reader(
@@ -159,6 +182,7 @@ fn wide(
         }
         for (reading, &column) in readings.iter_mut().zip(&chosen) {
             let value = reading.take(path, place, sheet.cell(column), numerals);
+            let value = reading.convert(&conversions[column], value);
             reading.values.push(value);
             reading.places.push(place);
         }
@@ -176,8 +200,9 @@ fn wide(
         let name = &header[column].name;
         report.time = Some(timing::times(path, name, None, clock, &timed, damages));
     }
+    let is_selected = !selection.inputs.is_empty() || !selection.outputs.is_empty();
     for reading in readings {
-        let (check, found) = reading.finish();
+        let (check, found) = reading.finish(is_selected);
         report.tags.push(check);
         damages.extend(found);
     }
@@ -188,7 +213,7 @@ fn long(
     path: &Path,
     sheet: &mut impl Sheet,
     roles: Roles,
-    (mut reader, numerals): (TimeReader, &Numerals),
+    (mut reader, numerals, selection): (TimeReader, &Numerals, &Selection),
     report: &mut DataCheck,
     damages: &mut Vec<Damage>,
 ) -> Result<(), LogError> {
@@ -263,8 +288,24 @@ fn long(
         report,
         damages,
     );
-    for reading in readings {
-        let (check, found) = reading.finish();
+    let mut named: Vec<Signal> = readings
+        .iter()
+        .map(|reading| Signal::new(&*reading.check.name, ""))
+        .collect();
+    let conversions = conversions(path, &mut named, &selection.reading)?;
+    let chosen = chosen_tags(path, &named, None, selection)?;
+    let is_selected = !selection.inputs.is_empty() || !selection.outputs.is_empty();
+    for (index, mut reading) in readings.into_iter().enumerate() {
+        if !chosen.contains(&index) {
+            continue;
+        }
+        reading.check.name.clone_from(&named[index].name);
+        reading.check.unit.clone_from(&named[index].unit);
+        for sample in 0..reading.values.len() {
+            let value = reading.values[sample];
+            reading.values[sample] = reading.convert(&conversions[index], value);
+        }
+        let (check, found) = reading.finish(is_selected);
         report.tags.push(check);
         damages.extend(found);
     }

@@ -38,7 +38,8 @@ pub struct DataCheck {
     pub time: Option<TimeCheck>,
     /// The tags, in the order of the file.
     pub tags: Vec<TagCheck>,
-    /// All that identification would refuse, in the order of the file, each with what mends it.
+    /// All that identification would refuse without `--missing` and `--resample`, those of the whole
+    /// file first, then in the order of the file, each with what mends it.
     pub damages: Vec<Damage>,
 }
 

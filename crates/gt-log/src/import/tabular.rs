@@ -117,7 +117,7 @@ fn read_long(
 }
 
 /// Names the signals as the tags' file says; what becomes of the readings of each.
-fn conversions(
+pub(crate) fn conversions(
     path: &Path,
     signals: &mut [Signal],
     reading: &Reading,

@@ -52,7 +52,7 @@ struct File {
 
 /// What becomes of the readings of a tag.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Conversion {
+pub(crate) struct Conversion {
     change: Change,
     low: f64,
     high: f64,
@@ -67,14 +67,14 @@ enum Change {
 
 impl Conversion {
     /// Readings as they are.
-    pub(super) const NONE: Self = Self {
+    pub(crate) const NONE: Self = Self {
         change: Change::None,
         low: f64::NEG_INFINITY,
         high: f64::INFINITY,
     };
 
     /// The reading in the record's unit; nothing where it is out of range.
-    pub(super) fn of(&self, value: f64) -> Option<f64> {
+    pub(crate) fn of(&self, value: f64) -> Option<f64> {
         if value < self.low || value > self.high {
             return None;
         }
