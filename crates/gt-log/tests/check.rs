@@ -61,12 +61,12 @@ fn with_times(times: &[&str]) -> Vec<u8> {
     text.into_bytes()
 }
 
-#[test]
-fn damaged_exports_are_told_apart() {
-    let latin = [&b"time,u,y in \xb0C\n"[..], &damaged(&[])[9..]].concat();
-    let preamble = [&b"Report\n\n"[..], &damaged(&[])].concat();
-    let long = |rows: &str| format!("tag,time,value,quality\n{rows}").into_bytes();
-    let cases: Vec<(&str, Vec<u8>, Vec<&str>)> = vec![
+/// An export's name, its bytes and its damages.
+type Case = (&'static str, Vec<u8>, Vec<&'static str>);
+
+/// Damages of cells.
+fn damaged_cells() -> Vec<Case> {
+    vec![
         ("sound", damaged(&[]), vec![]),
         (
             "empty cell",
@@ -108,6 +108,12 @@ fn damaged_exports_are_told_apart() {
             damaged(&[(6, "2026-03-04T10:00:20Z,\"1,5\",1")]),
             vec!["number 6 u --decimal"],
         ),
+    ]
+}
+
+/// Damages of rows and times.
+fn damaged_rows() -> Vec<Case> {
+    vec![
         // Without a row a time is missing too.
         (
             "short row",
@@ -154,6 +160,15 @@ fn damaged_exports_are_told_apart() {
             with_times(&["0", "1", "2", "2.5", "3.5", "4.5"]),
             vec!["step 5 time --resample"],
         ),
+    ]
+}
+
+/// Damages of whole files, and of several things at once.
+fn damaged_files() -> Vec<Case> {
+    let latin = [&b"time,u,y in \xb0C\n"[..], &damaged(&[])[9..]].concat();
+    let preamble = [&b"Report\n\n"[..], &damaged(&[])].concat();
+    let long = |rows: &str| format!("tag,time,value,quality\n{rows}").into_bytes();
+    vec![
         (
             "day or month",
             with_times(&["03/04/2026 00:00:01", "03/04/2026 00:00:02"]),
@@ -211,7 +226,12 @@ fn damaged_exports_are_told_apart() {
                 "missing 13 y --missing",
             ],
         ),
-    ];
+    ]
+}
+
+#[test]
+fn damaged_exports_are_told_apart() {
+    let cases = [damaged_cells(), damaged_rows(), damaged_files()].concat();
     assert!(cases.len() > 20);
     for (name, bytes, expected) in cases {
         let found = check_bytes(&bytes, &Selection::default());

@@ -21,7 +21,7 @@ pub enum ModelCommand {
         file: PathBuf,
     },
     /// Check a model by itself and on records, and say what to do
-    Check(CheckArgs),
+    Check(Box<CheckArgs>),
 }
 
 /// `gtfdi model check`.

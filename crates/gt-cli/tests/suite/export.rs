@@ -142,6 +142,34 @@ fn detect_reads_words_and_gaps_as_missing_samples() {
         "--out",
         "bank.json",
     ]);
+    // A bank is designed from what is before and after a missing sample.
+    let holed =
+        second_order_csv(1500, 1)
+            .lines()
+            .enumerate()
+            .fold(String::new(), |text, (k, line)| {
+                let (u, _) = line.split_once(',').expect("two cells");
+                let line = if k == 700 {
+                    format!("{u},Bad")
+                } else {
+                    line.to_owned()
+                };
+                text + &line + "\n"
+            });
+    place.write("holed.csv", holed);
+    let design = ["design", "--model", "model.json", "--healthy", "holed.csv"];
+    let more = [
+        "--sample-time",
+        "1",
+        "--missing",
+        "break",
+        "--out",
+        "holed.json",
+        "--json",
+    ];
+    let text = place.done(&[&design[..], &more].concat());
+    let report: Value = serde_json::from_str(&text).expect("one object");
+    assert_eq!(report["healthy_records"], 2);
     let mut text = "time,u,y\n".to_owned();
     for (k, line) in second_order_csv(300, 2).lines().skip(1).enumerate() {
         let time = if k < 200 { k } else { k + 30 };

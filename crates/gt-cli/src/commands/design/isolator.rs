@@ -132,7 +132,13 @@ impl Work<'_> {
             records: healthy,
             mut warnings,
             ..
-        } = read_healthy(self.args, self.file, self.model_path, self.healthy_paths)?;
+        } = read_healthy(
+            self.args,
+            self.file,
+            self.model_path,
+            self.healthy_paths,
+            false,
+        )?;
         let faults = described
             .into_iter()
             .map(|fault| {
