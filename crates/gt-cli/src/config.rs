@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
 use crate::cli::{
-    CampaignArgs, CheckArgs, DesignArgs, DetectArgs, ExportArgs, GlobalArgs, IdentifyArgs,
-    RecoverArgs, ReproduceArgs, SimulateArgs,
+    CampaignArgs, CheckArgs, DataCheckArgs, DesignArgs, DetectArgs, ExportArgs, GlobalArgs,
+    IdentifyArgs, RecoverArgs, ReproduceArgs, SimulateArgs,
 };
 use crate::failure::Failure;
 
@@ -37,6 +37,7 @@ struct ConfigFile {
     model_check: Option<CheckArgs>,
     log_recover: Option<RecoverArgs>,
     log_export: Option<ExportArgs>,
+    data_check: Option<DataCheckArgs>,
 }
 
 /// Lays `given` (flags and environment) over the file's `section` over `defaults`.

@@ -18,7 +18,7 @@ use std::process::ExitCode;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _};
 
-use crate::cli::{Cli, Command, LogCommand, ModelCommand};
+use crate::cli::{Cli, Command, DataCommand, LogCommand, ModelCommand};
 use crate::failure::Failure;
 
 /// How a verb that did its work ended.
@@ -76,6 +76,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Detect(args) => commands::detect::run(&args, global),
         Command::Reproduce(args) => commands::reproduce::run(&args, global),
         Command::Campaign(args) => commands::campaign::run(&args, global),
+        Command::Data(DataCommand::Check(args)) => commands::data_check::run(&args, global),
         Command::Model(ModelCommand::Show { file }) => commands::model::show(&file, global),
         Command::Model(ModelCommand::Check(args)) => commands::model::check(&args, global),
         Command::Log(LogCommand::Info { file }) => commands::log::info::run(&file, global),

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use gt_core::DataError;
 
+use crate::import::ReadingError;
+
 /// Why a file could not be read or written.
 ///
 /// The text is complete: it carries its cause, so there is no `source` that would say it twice.
@@ -34,24 +36,18 @@ pub enum LogError {
         cause: io::Error,
     },
     /// A file type that no reader knows, by its extension.
-    #[error("{}: expected a file that ends in .csv or .mcap, found {found}", path.display())]
+    #[error("{}: expected a file that ends in .csv, .parquet or .mcap, found {found}", path.display())]
     Extension {
         /// The file.
         path: PathBuf,
         /// The extension found, in words.
         found: String,
     },
-    /// Parquet, which this version does not read.
-    #[error("{}: Parquet is not supported yet; expected .csv or .mcap", path.display())]
-    Parquet {
-        /// The file.
-        path: PathBuf,
-    },
 
     /// Bytes that are not UTF-8 text.
     #[error(
         "{}: line {line}: expected UTF-8 text, found the byte 0x{found:02x} at offset {offset} \
-         (a binary file, or text in another encoding)",
+         (a binary file, or text in another encoding: --encoding windows-1252, --encoding utf-16le)",
         path.display()
     )]
     NotText {
@@ -112,16 +108,31 @@ pub enum LogError {
         found: usize,
     },
     /// A cell that is no finite number.
-    #[error("{}: line {line}, column `{column}`: {problem}", path.display())]
+    #[error("{}: {place}, column `{column}`: {problem}", path.display())]
     Cell {
         /// The file.
         path: PathBuf,
-        /// The line, from 1.
-        line: u64,
+        /// The row.
+        place: Place,
         /// The tag.
         column: String,
         /// What was expected and what was found.
         problem: CellProblem,
+    },
+
+    /// A file that cannot be read as it was asked to be.
+    #[error("{}: {cause}", path.display())]
+    Reading {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        cause: Box<ReadingError>,
+    },
+    /// An option of reading that no file could follow.
+    #[error("{cause}")]
+    Option {
+        /// What is wrong.
+        cause: Box<ReadingError>,
     },
 
     /// A name that no column has.
@@ -225,8 +236,9 @@ pub enum LogError {
     /// A step in time that differs from the others.
     #[error(
         "{}: {place}: expected a step of {expected_s} s (within {tolerance} of it), found \
-         {found_s} s; select rows without a gap, or give the sample time",
-        path.display()
+         {found_s} s; select rows without a gap, or give the sample time{}",
+        path.display(),
+        resample_advice(*place)
     )]
     TimeNotUniform {
         /// The file.
@@ -544,6 +556,18 @@ pub enum LogError {
 }
 
 impl LogError {
+    pub(crate) fn reading(path: &Path, cause: ReadingError) -> Self {
+        Self::Reading {
+            path: path.to_owned(),
+            cause: Box::new(cause),
+        }
+    }
+
+    pub(crate) fn option(cause: ReadingError) -> Self {
+        let cause = Box::new(cause);
+        Self::Option { cause }
+    }
+
     pub(crate) fn io(path: &Path, action: &'static str, cause: io::Error) -> Self {
         let path = path.to_owned();
         match cause.kind() {
@@ -576,8 +600,45 @@ pub enum CellProblem {
     Text(String),
     /// NaN or infinity.
     NotFinite(String),
+    /// A word for a missing value, where none may be missing.
+    Bad(String),
+    /// A number whose digits are grouped.
+    Thousands(String),
+    /// A decimal comma where the file has decimal points.
+    Comma(String),
     /// Something else than a time.
     Time(String),
+    /// Something else than a time of the file's form.
+    TimeFormat {
+        /// The cell.
+        found: String,
+        /// The form, in words.
+        expected: String,
+    },
+    /// Nothing that names a tag.
+    NoTag(String),
+    /// Something else than a quality.
+    Quality(String),
+    /// A bad reading, where none may be missing.
+    BadQuality(String),
+    /// A local time that clocks pass over.
+    NoSuchTime {
+        /// The time.
+        found: String,
+        /// The time zone.
+        zone: String,
+    },
+}
+
+impl CellProblem {
+    /// Whether it is a sample that is missing, which may be.
+    pub fn is_missing(&self) -> bool {
+        match self {
+            Self::Empty | Self::Bad(_) => true,
+            Self::NotFinite(cell) => cell.parse::<f64>().is_ok_and(f64::is_nan),
+            _ => false,
+        }
+    }
 }
 
 impl fmt::Display for CellProblem {
@@ -587,12 +648,49 @@ impl fmt::Display for CellProblem {
             Self::Text(found) | Self::NotFinite(found) => {
                 write!(f, "expected a finite number, found `{found}`")
             }
+            Self::Bad(found) => {
+                write!(
+                    f,
+                    "expected a finite number, found `{found}`, a word for none"
+                )
+            }
+            Self::Thousands(found) => write!(
+                f,
+                "expected a number without separators of thousands, found `{found}`; export it \
+                 without them"
+            ),
+            Self::Comma(found) => write!(
+                f,
+                "expected a number with a decimal point, found `{found}`; if the comma is the \
+                 decimal sign, give --decimal comma"
+            ),
             Self::Time(found) => {
                 write!(
                     f,
-                    "expected seconds or an ISO 8601 time, all alike, found `{found}`"
+                    "expected seconds or an ISO 8601 time, all alike, found `{found}`; another \
+                     form is read with --time-format"
                 )
             }
+            Self::TimeFormat { found, expected } => {
+                write!(f, "expected {expected}, found `{found}`")
+            }
+            Self::NoTag(found) => write!(f, "expected a tag, found {found}"),
+            Self::Quality(found) => write!(
+                f,
+                "expected Good, Uncertain, Bad or an OPC quality (192 and above good, 64 to 127 \
+                 uncertain, below 64 bad), found `{found}`"
+            ),
+            Self::BadQuality(found) => {
+                write!(
+                    f,
+                    "expected a reading that is not bad, found the quality `{found}`"
+                )
+            }
+            Self::NoSuchTime { found, zone } => write!(
+                f,
+                "expected a time that {zone} has, found {found}, which is passed over when clocks \
+                 are put forward; give the zone the times were written in (--time-zone)"
+            ),
         }
     }
 }
@@ -604,6 +702,8 @@ pub enum Place {
     Line(u64),
     /// A message of the topic in the order of time, from 0.
     Message(usize),
+    /// A row of a table, from 0.
+    Row(usize),
 }
 
 impl fmt::Display for Place {
@@ -611,6 +711,7 @@ impl fmt::Display for Place {
         match self {
             Self::Line(line) => write!(f, "line {line}"),
             Self::Message(index) => write!(f, "message {index}"),
+            Self::Row(index) => write!(f, "row {index}"),
         }
     }
 }
@@ -630,6 +731,14 @@ fn list(names: &[String]) -> String {
     match names.len().checked_sub(SHOWN) {
         Some(more) if more > 0 => format!("{shown} and {more} more"),
         _ => shown,
+    }
+}
+
+/// What else there is for the times of a table.
+fn resample_advice(place: Place) -> &'static str {
+    match place {
+        Place::Message(_) => "",
+        Place::Line(_) | Place::Row(_) => "; --resample makes samples of one period",
     }
 }
 

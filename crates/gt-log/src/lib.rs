@@ -3,10 +3,12 @@
 //! - [`LogWriter`] writes MCAP with Protobuf messages of named `optional double` fields, whose
 //!   descriptor is made at run time from the tags (package `gtfdi.v1`). The same content gives the
 //!   same bytes, whatever the path, the clock and the number of threads.
-//! - [`read_dataset`] reads `.csv` and `.mcap` into a [`gt_core::Dataset`], the logs of strangers
-//!   too (Protobuf of any descriptor, JSON); [`columns`] lists what there is to select; [`info`] says
-//!   what a log holds, [`verify`] whether it is sound, and [`recover`] writes what is sound in one
-//!   that is not.
+//! - [`read_dataset`] reads `.csv`, `.parquet` and `.mcap` into a [`gt_core::Dataset`], the logs of
+//!   strangers too (Protobuf of any descriptor, JSON); [`Reading`] says what a file does not say of
+//!   itself; [`columns`] lists what there is to select; [`check`] says what is in a table and all that
+//!   is wrong with it.
+//! - [`info`] says what a log holds, [`verify`] whether it is sound, and [`recover`] writes what is
+//!   sound in one that is not.
 //! - [`write_run`], [`write_verdicts`] and [`write_diagnoses`] are the logs of a simulated run
 //!   (`/plant/measured`, `/plant/truth`, `/plant/faults`), of a bank's verdicts and of an isolator's;
 //!   each says what its topics hold.
@@ -20,6 +22,7 @@
 
 mod atomic;
 mod build_info;
+mod check;
 mod chunk;
 mod detector_file;
 mod diagnosis_log;
@@ -47,11 +50,17 @@ mod writer;
 
 pub use atomic::write_atomically;
 pub use build_info::{BuildInfo, build_info};
+pub use check::{
+    Damage, DamageKind, DataCheck, Gap, Outlier, Run, TagCheck, TagKind, TimeCheck, check,
+};
 pub use detector_file::DetectorFile;
 pub use diagnosis_log::write_diagnoses;
 pub use error::{CellProblem, LogError, Place};
 pub use export::{ExportOptions, ExportTime, Exported, ExportedColumn, export};
-pub use import::{DEFAULT_TOPIC, Imported, Selection, TimeGap, Warning, columns, read_dataset};
+pub use import::{
+    DEFAULT_TOPIC, Decimal, Imported, Layout, Reading, ReadingError, Resample, ResampleMethod,
+    Resampled, ResampledTag, Selection, TagMap, TimeGap, Warning, columns, read_dataset,
+};
 pub use info::{AttachmentInfo, ChunkInfo, LogInfo, MetadataInfo, TopicInfo, info};
 pub use model_document::{ModelFile, ModelKind, ModelNoise};
 pub use model_file::{read_json, write_json};

@@ -320,6 +320,7 @@ fn assemble(
         total_rows,
         start_unix_ns,
         gaps: uniform.gaps,
+        resampled: None,
     })
 }
 

@@ -49,6 +49,64 @@ impl Clock {
         }
     }
 
+    /// Refuses times that go backwards; they may stand still.
+    pub(crate) fn check_order(
+        &self,
+        path: &Path,
+        place: impl Fn(usize) -> Place,
+    ) -> Result<(), LogError> {
+        match (1..self.len()).find(|&k| self.between_s(k - 1, k) < 0.0) {
+            None => Ok(()),
+            Some(k) => Err(LogError::TimeNotIncreasing {
+                path: path.to_owned(),
+                place: place(k),
+                previous_s: self.shown_s(k - 1),
+                found_s: self.shown_s(k),
+            }),
+        }
+    }
+
+    /// The earliest time of several clocks of one kind, as a clock of one time.
+    pub(crate) fn earliest<'a>(clocks: impl Iterator<Item = &'a Self>) -> Option<Self> {
+        clocks.fold(None, |earliest, clock| match (earliest, clock) {
+            (None, Self::Seconds(times)) => {
+                let first = times.iter().copied().reduce(f64::min)?;
+                Some(Self::Seconds(vec![first]))
+            }
+            (None, Self::Nanoseconds(times)) => {
+                let first = times.iter().copied().min()?;
+                Some(Self::Nanoseconds(vec![first]))
+            }
+            (Some(Self::Seconds(first)), Self::Seconds(times)) => {
+                let first = first.iter().chain(times).copied().reduce(f64::min)?;
+                Some(Self::Seconds(vec![first]))
+            }
+            (Some(Self::Nanoseconds(first)), Self::Nanoseconds(times)) => {
+                let first = first.iter().chain(times).copied().min()?;
+                Some(Self::Nanoseconds(vec![first]))
+            }
+            (earliest, _) => earliest,
+        })
+    }
+
+    /// All times in seconds since the first time of another clock of the same kind.
+    pub(crate) fn since(&self, origin: &Self) -> Vec<f64> {
+        match (self, origin) {
+            (Self::Seconds(times), Self::Seconds(origin)) => {
+                let origin = origin.first().copied().unwrap_or(0.0);
+                times.iter().map(|time| time - origin).collect()
+            }
+            (Self::Nanoseconds(times), Self::Nanoseconds(origin)) => {
+                let origin = origin.first().copied().unwrap_or(0);
+                times
+                    .iter()
+                    .map(|time| (time - origin) as f64 / 1e9)
+                    .collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
     /// Seconds from row `a` to row `b`.
     fn between_s(&self, a: usize, b: usize) -> f64 {
         match self {

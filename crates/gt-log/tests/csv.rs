@@ -131,12 +131,13 @@ fn instants_are_read_in_iso_8601() {
     assert_eq!(imported.start_unix_ns, Some(1_767_323_045_000_000_000));
     assert_eq!(
         error("time,y\n2026-01-02 03:04:05,1\n6,2\n", &select(&[], &["y"])),
-        "line 3, column `time`: expected seconds or an ISO 8601 time, all alike, found `6`"
+        "line 3, column `time`: expected seconds or an ISO 8601 time, all alike, found `6`; another \
+         form is read with --time-format"
     );
     assert_eq!(
-        error("time,y\n02.01.2026 03:04,1\n", &select(&[], &["y"])),
+        error("time,y\n2 January 2026,1\n", &select(&[], &["y"])),
         "line 2, column `time`: expected seconds or an ISO 8601 time, all alike, found \
-         `02.01.2026 03:04`"
+         `2 January 2026`; another form is read with --time-format"
     );
 }
 
@@ -177,8 +178,9 @@ fn cells_that_are_no_numbers_are_named() {
             "line 2, column `y`: expected a finite number, found `1e999`",
         ),
         (
-            "u;y\n1;2,5\n",
-            "line 2, column `y`: expected a finite number, found `2,5`",
+            "u;y\n1.5;2,5\n",
+            "line 2, column `y`: expected a number with a decimal point, found `2,5`; if the comma \
+             is the decimal sign, give --decimal comma",
         ),
     ];
     for (text, expected) in cases {
@@ -232,12 +234,12 @@ fn files_that_are_no_table_are_named() {
         (
             b"u,y\n1,\x002\n",
             "line 2: expected UTF-8 text, found the byte 0x00 at offset 6 (a binary file, or text \
-             in another encoding)",
+             in another encoding: --encoding windows-1252, --encoding utf-16le)",
         ),
         (
             b"u,y in \xb0C\n1,2\n",
             "line 1: expected UTF-8 text, found the byte 0xb0 at offset 7 (a binary file, or text \
-             in another encoding)",
+             in another encoding: --encoding windows-1252, --encoding utf-16le)",
         ),
         (b"u,y\n1,2\n\"3,4\n", "line 3: expected 2 fields, found 1"),
     ];
@@ -336,7 +338,7 @@ fn missing_samples_and_gaps_are_kept_where_they_may_be() {
     assert_eq!(
         error(text, &allowed),
         "line 8: expected a step of 2 s (within 0.001 of it), found 1.5 s; select rows without a \
-         gap, or give the sample time"
+         gap, or give the sample time; --resample makes samples of one period"
     );
     let gaps = text.strip_suffix("33.5,13,14\n").unwrap();
     let file = file(gaps);
@@ -392,7 +394,7 @@ fn times_that_are_not_uniform_are_named() {
     assert_eq!(
         with(&["0", "1", "2", "4", "5"]),
         "line 5: expected a step of 1 s (within 0.001 of it), found 2 s; select rows without a \
-         gap, or give the sample time"
+         gap, or give the sample time; --resample makes samples of one period"
     );
     assert_eq!(
         with(&["0"]),
@@ -412,16 +414,16 @@ fn files_that_are_not_there_are_named() {
     assert!(matches!(named("none.csv"), LogError::NotFound { path } if path.ends_with("none.csv")));
     fs::create_dir(folder.path().join("folder.csv")).unwrap();
     assert!(matches!(named("folder.csv"), LogError::Directory { .. }));
-    assert!(matches!(named("a.parquet"), LogError::Parquet { .. }));
+    assert!(matches!(named("a.parquet"), LogError::NotFound { .. }));
     assert!(
         named("a.xlsx")
             .to_string()
-            .ends_with("ends in .csv or .mcap, found `.xlsx`")
+            .ends_with("ends in .csv, .parquet or .mcap, found `.xlsx`")
     );
     assert!(
         named("a")
             .to_string()
-            .ends_with("ends in .csv or .mcap, found no extension")
+            .ends_with("ends in .csv, .parquet or .mcap, found no extension")
     );
     assert!(columns(Path::new("a.txt"), None).is_err());
 }

@@ -69,8 +69,8 @@ impl Judge {
             DetectorFile::Isolator(_) => Vec::new(),
         };
         Self {
-            tests,
             detector,
+            tests,
             horizon_s,
         }
     }

@@ -98,7 +98,7 @@ impl Axis {
 
     /// Powers of ten, and 2 and 5 times those where there are few.
     fn decade_ticks(&self) -> Vec<(f64, String)> {
-        let [low, high] = [self.low, self.high].map(|end| end.log10());
+        let [low, high] = [self.low, self.high].map(f64::log10);
         let factors: &[f64] = if high - low > MANY_DECADES {
             &[1.0]
         } else {

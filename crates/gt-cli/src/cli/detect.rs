@@ -23,7 +23,7 @@ pub enum FailOn {
 #[command(after_help = "\
 Example: gtfdi detect --bank bank.json today.csv --json --out verdicts.mcap --fail-on alarm")]
 pub struct DetectArgs {
-    /// The record, .csv or .mcap
+    /// The record, .csv, .parquet or .mcap
     #[arg(value_name = "DATA")]
     pub data: Option<PathBuf>,
     /// Bank or isolator written by design; an isolator, of design --faults, names the fault

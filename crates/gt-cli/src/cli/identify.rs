@@ -45,16 +45,6 @@ pub enum Structure {
     Diag,
 }
 
-/// What missing samples and gaps in time do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum MissingSamples {
-    /// The record is refused
-    Error,
-    /// The record ends before them and another begins after them
-    Break,
-}
-
 /// What is assumed of the equation errors of several outputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -94,7 +84,7 @@ Example: gtfdi identify run.mcap --inputs a_v,M_f --outputs q_c --order 8 --nk 0
          gtfdi identify run.csv --inputs u --outputs y --order 2 --stable --train 0:500 \
 --validate 500:1000 --refine output-error")]
 pub struct IdentifyArgs {
-    /// The record, .csv or .mcap; several are fitted together, and no equation reaches from one into
+    /// The record, .csv, .parquet or .mcap; several are fitted together, and no equation reaches from one into
     /// another
     #[arg(value_name = "DATA")]
     #[serde(default, deserialize_with = "one_or_many")]
@@ -119,9 +109,6 @@ pub struct IdentifyArgs {
     /// Another record to validate on, in place of --validate
     #[arg(long, env = "GTFDI_HOLDOUT", value_name = "DATA")]
     pub holdout: Option<PathBuf>,
-    /// What a sample that is NaN or an empty cell does, and a gap in time [default: error]
-    #[arg(long, env = "GTFDI_MISSING", value_enum)]
-    pub missing: Option<MissingSamples>,
     /// Take the line in time that fits its training rows best out of every channel of every record
     /// (that of all rows out of a hold-out)
     #[arg(long, env = "GTFDI_DETREND", num_args = 0..=1, default_missing_value = "true")]

@@ -4,6 +4,7 @@
 //! another (see [`crate::config`]).
 
 mod campaign;
+mod data;
 mod design;
 mod detect;
 mod identify;
@@ -20,13 +21,14 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::config::Alternatives;
 pub use campaign::CampaignArgs;
+pub use data::{
+    DataArgs, DataCheckArgs, DataCommand, DecimalSign, MissingSamples, ResampleBy, TableLayout,
+};
 pub use design::{
     DesignArgs, GeneratorKind, PoleCriterion, PoleSearchKind, Statistic, WatchKind, WaveformKind,
 };
 pub use detect::{DetectArgs, FailOn};
-pub use identify::{
-    Criterion, ErrorModel, IdentifyArgs, LeastSquaresSolver, Method, MissingSamples, Structure,
-};
+pub use identify::{Criterion, ErrorModel, IdentifyArgs, LeastSquaresSolver, Method, Structure};
 pub use log::{ExportArgs, LogCommand, RecoverArgs, TimeFormat};
 pub use model::{CheckArgs, ModelCommand};
 pub use simulate::SimulateArgs;
@@ -125,6 +127,9 @@ pub enum Command {
     Reproduce(ReproduceArgs),
     /// Run many records with drawn faults and say how they are detected
     Campaign(CampaignArgs),
+    /// Look into tables of data
+    #[command(subcommand)]
+    Data(DataCommand),
     /// Look into model files
     #[command(subcommand)]
     Model(ModelCommand),
@@ -146,26 +151,6 @@ pub enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
-}
-
-/// How a data file is read.
-#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub struct DataArgs {
-    /// Time column [default: a column named time, t or timestamp]
-    #[arg(long, env = "GTFDI_TIME", value_name = "COLUMN")]
-    pub time: Option<String>,
-    /// Sample time in seconds, in place of a time column
-    #[arg(
-        long,
-        env = "GTFDI_SAMPLE_TIME",
-        value_name = "S",
-        allow_negative_numbers = true
-    )]
-    pub sample_time: Option<f64>,
-    /// MCAP topic [default: /plant/measured]
-    #[arg(long, env = "GTFDI_TOPIC")]
-    pub topic: Option<String>,
 }
 
 /// `gtfdi reproduce`.

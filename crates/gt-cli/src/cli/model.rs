@@ -21,7 +21,7 @@ pub enum ModelCommand {
         file: PathBuf,
     },
     /// Check a model by itself and on records, and say what to do
-    Check(CheckArgs),
+    Check(Box<CheckArgs>),
 }
 
 /// `gtfdi model check`.
@@ -35,7 +35,7 @@ pub struct CheckArgs {
     /// Model file written by identify
     #[arg(value_name = "MODEL.json")]
     pub model: Option<PathBuf>,
-    /// Records to check the model on, .csv or .mcap
+    /// Records to check the model on, .csv, .parquet or .mcap
     #[arg(value_name = "DATA")]
     #[serde(default, deserialize_with = "one_or_many")]
     pub data: Option<Vec<PathBuf>>,

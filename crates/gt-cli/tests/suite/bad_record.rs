@@ -97,7 +97,7 @@ fn files_without_data_are_refused() {
     refused(
         &place,
         "record.txt",
-        &["expected a file that ends in .csv or .mcap, found `.txt`"],
+        &["expected a file that ends in .csv, .parquet or .mcap, found `.txt`"],
     );
     std::fs::create_dir(place.path("folder.csv")).expect("a folder");
     refused(

@@ -496,7 +496,7 @@ fn campaigns_of_isolators_name_faults_and_are_compared() {
     let alone: Value = serde_json::from_str(&place.done(&args)).expect("JSON");
     assert_eq!(alone, serde_json::to_value(named).expect("JSON"));
 
-    place.write("bank.toml", &NAMED.replace("isolator = true", ""));
+    place.write("bank.toml", NAMED.replace("isolator = true", ""));
     place.json(&["campaign", "bank.toml", "--out", "tests"]);
     let both = place.json(&["campaign", "--compare", "named,tests", "--out", "both"]);
     assert_eq!(both["campaigns"][0]["name"], "named");

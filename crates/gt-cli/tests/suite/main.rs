@@ -11,6 +11,7 @@ mod campaign;
 mod config;
 mod constraint;
 mod errors_in_variables;
+mod export;
 mod fit_option;
 mod identify;
 mod isolation_road;

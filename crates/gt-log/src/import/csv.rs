@@ -1,290 +1,310 @@
 //! CSV files.
 
-use std::collections::{HashSet, VecDeque};
+use std::collections::HashSet;
 use std::path::Path;
 
-use csv::{ReaderBuilder, StringRecord, Trim};
 use gt_core::Signal;
-use gtfdi::ident::Missing;
-use jiff::Timestamp;
-use jiff::civil::DateTime;
-use jiff::tz::TimeZone;
 
-use super::select::{Columns, names};
-use super::{Imported, Selection, Warning};
-use crate::error::CellProblem;
-use crate::table::Table;
-use crate::time::{Clock, Uniform};
-use crate::{LogError, Place, sha256_hex, source};
+use super::number::{Numerals, is_decimal};
+use super::rows::{Rows, delimiter, lines, outside_quotes};
+use super::sheet::{Cell, Sheet};
+use super::{Decimal, Reading, ReadingError, Warning};
+use crate::{LogError, Place};
 
-/// Names that make a column the time, first come first served.
-const TIME_NAMES: [&str; 3] = ["time", "timestamp", "t"];
+/// Lines that are looked at for a header that does not stand first.
+const PREAMBLE: usize = 200;
+/// The longest text that is taken for a unit.
+const LONGEST_UNIT: usize = 24;
 
-/// Reads the selected columns.
-pub(super) fn read(path: &Path, selection: &Selection) -> Result<Imported, LogError> {
-    let bytes = source::read(path)?;
-    let mut rows = Rows::open(path, &bytes)?;
-    let header = rows.header()?;
-    let time = time_column(path, &header, selection)?;
-    let columns = Columns::resolve(path, &header, time, selection)?;
-    let mut table = Table::new(&columns, &header);
-    // A sample time that is given makes the times in the file of no interest.
-    let time = time.filter(|_| selection.sample_time_s.is_none());
-
-    let wanted = selection.rows.clone().unwrap_or(0..usize::MAX);
-    let mut clock = None;
-    let mut lines = Vec::new();
-    let mut total_rows = 0;
-    while let Some(row) = rows.next()? {
-        if wanted.contains(&total_rows) {
-            let row = Cells {
-                path,
-                header: &header,
-                row,
-            };
-            row.check_count()?;
-            let sample: Result<Vec<f64>, _> = columns
-                .all()
-                .map(|c| row.sample(c, selection.missing))
-                .collect();
-            table.push(sample?);
-            if let Some(column) = time {
-                row.push_time(column, &mut clock)?;
-            }
-            lines.push(row.row.line);
-        }
-        total_rows += 1;
-    }
-    if total_rows == 0 {
-        return Err(LogError::NoRows {
-            path: path.to_owned(),
-        });
-    }
-    let rows = selection.rows_of(path, total_rows)?;
-
-    let mut warnings = Vec::new();
-    let mut start_time_s = None;
-    let mut start_unix_ns = None;
-    let uniform = match (selection.sample_time_s, &clock) {
-        (Some(given), _) => Uniform::given(given),
-        (None, Some(clock)) => {
-            match clock {
-                Clock::Seconds(times) => start_time_s = times.first().copied(),
-                Clock::Nanoseconds(times) => start_unix_ns = times.first().copied(),
-            }
-            clock.uniform(path, selection.missing, |row| Place::Line(lines[row]))?
-        }
-        (None, None) => {
-            warnings.push(Warning::TimeInSamples);
-            Uniform::given(1.0)
-        }
-    };
-    let start_time_s = start_time_s.unwrap_or(rows.start as f64 * uniform.sample_time_s);
-    warnings.extend(table.invalid_samples());
-    let dataset = table.into_dataset(path, uniform.sample_time_s, start_time_s)?;
-    let sha256 = sha256_hex(&bytes);
-    Ok(Imported {
-        dataset,
-        sha256,
-        warnings,
-        total_rows,
-        start_unix_ns,
-        gaps: uniform.gaps,
-    })
-}
-
-/// The tags of the header.
-pub(super) fn columns(path: &Path) -> Result<Vec<Signal>, LogError> {
-    let bytes = source::read(path)?;
-    let mut rows = Rows::open(path, &bytes)?;
-    let mut header = rows.header()?;
-    header.retain(|signal| !signal.name.is_empty());
-    Ok(header)
-}
-
-/// The position of the time column, where there is one.
-fn time_column(
-    path: &Path,
-    header: &[Signal],
-    selection: &Selection,
-) -> Result<Option<usize>, LogError> {
-    if let Some(name) = &selection.time {
-        let index = header.iter().position(|signal| signal.name == *name);
-        return index.map(Some).ok_or_else(|| LogError::UnknownColumn {
-            path: path.to_owned(),
-            column: name.clone(),
-            available: names(header),
-        });
-    }
-    // `T` may be a temperature: who selects it by name says so.
-    let is_signal = |name: &String| {
-        selection
-            .inputs
-            .iter()
-            .chain(&selection.outputs)
-            .any(|s| s == name)
-    };
-    Ok(TIME_NAMES.iter().find_map(|time| {
-        header
-            .iter()
-            .position(|s| s.name.eq_ignore_ascii_case(time) && !is_signal(&s.name))
-    }))
-}
-
-/// The records of a file with their true lines.
-struct Rows<'a> {
+/// The rows of a CSV file below its header.
+pub(crate) struct CsvSheet<'a> {
     path: &'a Path,
-    bytes: &'a [u8],
-    reader: csv::Reader<&'a [u8]>,
-    record: StringRecord,
-    /// The line of `record`; `None` once it has been handed out.
-    record_line: Option<u64>,
-    /// Lines without a field before `record`. At the end of the file they mean nothing; before a
-    /// record each is a row, for otherwise a lost sample would pass unseen.
-    blank: VecDeque<u64>,
-    /// Line ends before this offset are counted in `line`.
-    counted: usize,
-    /// The line at `counted`, from 1.
+    rows: Rows<'a>,
+    header: Vec<Signal>,
     line: u64,
+    has_record: bool,
+    /// What the file does not say but shows.
+    pub(crate) dialect: Dialect<'a>,
 }
 
-/// A row with its line, from 1.
-struct Row<'r> {
+/// How a CSV file is written.
+#[derive(Debug, Clone)]
+pub(crate) struct Dialect<'a> {
+    /// From the header on.
+    body: &'a [u8],
+    /// The line of the header's text, from 1.
     line: u64,
-    /// `None` for a blank line.
-    record: Option<&'r StringRecord>,
+    pub(crate) delimiter: u8,
+    pub(crate) decimal: Decimal,
+    /// The line of the units below the header.
+    pub(crate) unit_line: Option<u64>,
+    /// What the user should know of that.
+    pub(crate) warnings: Vec<Warning>,
 }
 
-impl<'a> Rows<'a> {
-    fn open(path: &'a Path, bytes: &'a [u8]) -> Result<Self, LogError> {
-        const BYTE_ORDER_MARK: &[u8] = &[0xef, 0xbb, 0xbf];
-        check_text(path, bytes)?;
-        let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
-        let reader = ReaderBuilder::new()
-            .has_headers(false)
-            .flexible(true)
-            .trim(Trim::All)
-            .delimiter(delimiter(bytes))
-            .from_reader(bytes);
-        let (record, blank) = (StringRecord::new(), VecDeque::new());
+impl<'a> CsvSheet<'a> {
+    /// Reads the header of UTF-8 text.
+    pub(crate) fn open(
+        path: &'a Path,
+        bytes: &'a [u8],
+        reading: &Reading,
+    ) -> Result<Self, LogError> {
+        let mut dialect = Dialect::of(path, bytes, reading)?;
+        let mut rows = dialect.rows(path);
+        let (line, mut header) = header(path, &mut rows)?;
+        if reading.header_line.is_none() {
+            dialect.check_preamble(path, line, header.len())?;
+        }
+        dialect.find_decimal(path, reading)?;
+        if let Some((line, units)) = dialect.units(path, header.len(), reading)? {
+            for (signal, unit) in header.iter_mut().zip(units) {
+                signal.unit = unit;
+            }
+            rows.next()?;
+            dialect.unit_line = Some(line);
+            dialect.warnings.push(Warning::UnitRow { line });
+        }
         Ok(Self {
             path,
-            bytes,
-            reader,
-            record,
-            record_line: None,
-            blank,
-            counted: 0,
-            line: 1,
+            rows,
+            header,
+            line,
+            has_record: false,
+            dialect,
         })
-    }
-
-    /// The tags; an unnamed column has an empty one.
-    fn header(&mut self) -> Result<Vec<Signal>, LogError> {
-        if !self.read()? {
-            return Err(LogError::Empty {
-                path: self.path.to_owned(),
-            });
-        }
-        self.blank.clear();
-        let line = self.record_line.take().unwrap_or(1);
-        let tags: Vec<&str> = self.record.iter().map(bare).collect();
-        let is_number = |tag: &&str| tag.parse::<f64>().is_ok();
-        // Plain integers may be names (`0,1,2` is what some tools write).
-        if tags.iter().all(is_number) && tags.iter().any(|tag| tag.parse::<i64>().is_err()) {
-            let found = tags.join(",");
-            return Err(LogError::HeaderOfNumbers {
-                path: self.path.to_owned(),
-                line,
-                found,
-            });
-        }
-        let mut seen = HashSet::new();
-        if let Some(twice) = self
-            .record
-            .iter()
-            .find(|tag| !tag.is_empty() && !seen.insert(*tag))
-        {
-            let (path, column) = (self.path.to_owned(), twice.to_owned());
-            return Err(LogError::DuplicateColumn { path, line, column });
-        }
-        Ok(tags.into_iter().map(|tag| Signal::new(tag, "")).collect())
-    }
-
-    /// The next data row.
-    fn next(&mut self) -> Result<Option<Row<'_>>, LogError> {
-        if self.record_line.is_none() && !self.read()? {
-            return Ok(None);
-        }
-        if let Some(line) = self.blank.pop_front() {
-            return Ok(Some(Row { line, record: None }));
-        }
-        let record = Some(&self.record);
-        Ok(self.record_line.take().map(|line| Row { line, record }))
-    }
-
-    /// Reads the next record that has a field into `record`; blank lines before it go to `blank`.
-    fn read(&mut self) -> Result<bool, LogError> {
-        loop {
-            let found = self
-                .reader
-                .read_record(&mut self.record)
-                .map_err(|cause| LogError::io(self.path, "read", cause.into()))?;
-            if !found {
-                return Ok(false);
-            }
-            let start = self.record.position().map_or(0, csv::Position::byte);
-            self.advance(usize::try_from(start).unwrap_or(usize::MAX));
-            if self.record.len() == 1 && self.record.get(0) == Some("") {
-                self.blank.push_back(self.line);
-            } else {
-                self.record_line = Some(self.line);
-                return Ok(true);
-            }
-        }
-    }
-
-    /// Moves the count of lines to a record that the reader began at `start`. The line ends it
-    /// begins with are those of blank lines, or the second half of the previous record's CR LF.
-    fn advance(&mut self, start: usize) {
-        while let Some(&byte) = self.bytes.get(self.counted) {
-            let next = self.bytes.get(self.counted + 1);
-            let before = self
-                .counted
-                .checked_sub(1)
-                .and_then(|index| self.bytes.get(index));
-            let ends_line = byte == b'\n' || (byte == b'\r' && next != Some(&b'\n'));
-            if self.counted >= start {
-                if !matches!(byte, b'\n' | b'\r') {
-                    break;
-                }
-                let is_tail = self.counted == start && byte == b'\n' && before == Some(&b'\r');
-                if ends_line && !is_tail {
-                    self.blank.push_back(self.line);
-                }
-            }
-            self.line += u64::from(ends_line);
-            self.counted += 1;
-        }
     }
 }
 
-/// Refuses what is not UTF-8 text. A NUL is valid UTF-8, but no text has one (UTF-16 has many).
-fn check_text(path: &Path, bytes: &[u8]) -> Result<(), LogError> {
-    let nul = bytes.iter().position(|&byte| byte == 0);
-    let invalid = std::str::from_utf8(bytes)
-        .err()
-        .map(|cause| cause.valid_up_to());
-    let Some(offset) = nul.into_iter().chain(invalid).min() else {
-        return Ok(());
-    };
-    let line = bytes[..offset].split(|&byte| byte == b'\n').count() as u64;
-    Err(LogError::NotText {
-        path: path.to_owned(),
-        line,
-        offset,
-        found: bytes[offset],
+impl Sheet for CsvSheet<'_> {
+    fn header(&self) -> &[Signal] {
+        &self.header
+    }
+
+    fn rewind(&mut self) -> Result<(), LogError> {
+        self.rows = self.dialect.rows(self.path);
+        self.rows.first()?;
+        if self.dialect.unit_line.is_some() {
+            self.rows.next()?;
+        }
+        Ok(())
+    }
+
+    fn advance(&mut self) -> Result<bool, LogError> {
+        let Some((line, has_record)) = self.rows.next()? else {
+            return Ok(false);
+        };
+        (self.line, self.has_record) = (line, has_record);
+        Ok(true)
+    }
+
+    fn place(&self) -> Place {
+        Place::Line(self.line)
+    }
+
+    fn fields(&self) -> usize {
+        if self.has_record {
+            return self.rows.record().len();
+        }
+        // In a file of one column a blank line is an empty cell.
+        usize::from(self.header.len() == 1)
+    }
+
+    fn cell(&self, column: usize) -> Cell<'_> {
+        let record = self.has_record.then(|| self.rows.record());
+        Cell::Text(
+            record
+                .and_then(|record| record.get(column))
+                .unwrap_or_default(),
+        )
+    }
+}
+
+impl<'a> Dialect<'a> {
+    fn of(path: &Path, bytes: &'a [u8], reading: &Reading) -> Result<Self, LogError> {
+        let (line, offset) = match reading.header_line {
+            Some(wanted) => start_of(bytes, wanted).map_err(|e| LogError::reading(path, e))?,
+            None => (1, 0),
+        };
+        let mut dialect = Self {
+            body: &bytes[offset..],
+            line,
+            delimiter: b',',
+            decimal: Decimal::Point,
+            unit_line: None,
+            warnings: Vec::new(),
+        };
+        let mut filled = lines(dialect.body).filter(|(.., line)| !line.trim_ascii().is_empty());
+        let first = filled.next();
+        // Spreadsheets may say their separator in a line of its own.
+        let told = first.and_then(|(.., text)| match text.trim_ascii() {
+            [b's', b'e', b'p', b'=', told] => Some(*told),
+            _ => None,
+        });
+        let header = if told.is_some() { filled.next() } else { first };
+        let shown = header.and_then(|(.., text)| delimiter(text));
+        let alone = match reading.decimal {
+            Some(Decimal::Comma) => b';',
+            _ => b',',
+        };
+        dialect.delimiter = told.or(shown).unwrap_or(alone);
+        if let (Some(_), Some((number, offset, _))) = (told, header) {
+            (dialect.line, dialect.body) = (dialect.line + number - 1, &dialect.body[offset..]);
+        }
+        Ok(dialect)
+    }
+
+    fn rows(&self, path: &'a Path) -> Rows<'a> {
+        Rows::new(path, self.body, self.line, self.delimiter)
+    }
+
+    /// Refuses a first row of one field where later ones have many.
+    fn check_preamble(&self, path: &Path, line: u64, found: usize) -> Result<(), LogError> {
+        if found != 1 {
+            return Ok(());
+        }
+        let filled = lines(self.body)
+            .filter(|(.., text)| !text.trim_ascii().is_empty())
+            .take(PREAMBLE)
+            .map(|(number, _, text)| {
+                let mark = delimiter(text).unwrap_or(b',');
+                (number, mark, 1 + outside_quotes(text, mark))
+            });
+        let filled: Vec<(u64, u8, usize)> = filled.collect();
+        let guess = filled.windows(2).skip(1).find(|pair| {
+            let ((_, mark, fields), (_, next_mark, next_fields)) = (pair[0], pair[1]);
+            fields > 1 && (mark, fields) == (next_mark, next_fields)
+        });
+        // A row of numbers is no header.
+        let guess = guess.filter(|pair| {
+            let text = lines(self.body).find(|(number, ..)| *number == pair[0].0);
+            let text = text.map(|(.., text)| text).unwrap_or_default();
+            let mut cells = text.split(|&byte| byte == pair[0].1);
+            let parse = |cell: &[u8]| std::str::from_utf8(cell).ok()?.trim().parse::<f64>().ok();
+            !cells.all(|cell| parse(cell).is_some())
+        });
+        match guess {
+            None => Ok(()),
+            Some(pair) => Err(LogError::reading(
+                path,
+                ReadingError::Preamble {
+                    line,
+                    found,
+                    guess: self.line + pair[0].0 - 1,
+                    fields: pair[0].2,
+                },
+            )),
+        }
+    }
+
+    /// Decides between decimal point and decimal comma. A comma that separates fields is none.
+    fn find_decimal(&mut self, path: &'a Path, reading: &Reading) -> Result<(), LogError> {
+        if let Some(given) = reading.decimal {
+            self.decimal = given;
+            return Ok(());
+        }
+        if self.delimiter == b',' || !self.body.contains(&b',') {
+            return Ok(());
+        }
+        let mut rows = self.rows(path);
+        rows.first()?;
+        let mut commas = 0;
+        while let Some((_, has_record)) = rows.next()? {
+            if !has_record {
+                continue;
+            }
+            if rows.record().iter().any(|cell| is_decimal(cell, b'.')) {
+                return Ok(());
+            }
+            let record = rows.record().iter();
+            commas += record.filter(|cell| is_decimal(cell, b',')).count();
+        }
+        if commas > 0 {
+            self.decimal = Decimal::Comma;
+            self.warnings.push(Warning::DecimalComma);
+        }
+        Ok(())
+    }
+
+    /// The row below the header, where it holds units: texts, none of them a number, a time or a
+    /// word for a missing value, above a row that has a number.
+    fn units(
+        &self,
+        path: &'a Path,
+        count: usize,
+        reading: &Reading,
+    ) -> Result<Option<(u64, Vec<String>)>, LogError> {
+        let numerals = Numerals::new(self.decimal, reading);
+        let mut rows = self.rows(path);
+        rows.first()?;
+        let Some((line, true)) = rows.next()? else {
+            return Ok(None);
+        };
+        let units: Vec<String> = rows
+            .record()
+            .iter()
+            .map(|cell| bare(cell).to_owned())
+            .collect();
+        let is_unit = |text: &String| {
+            text.len() <= LONGEST_UNIT
+                && (text.is_empty() || !numerals.is_missing(text) || text == "-")
+                && numerals.parse(text).is_none()
+                && text.bytes().filter(u8::is_ascii_digit).nth(3).is_none()
+        };
+        let named = |text: &&String| !text.is_empty() && *text != "-";
+        if units.len() != count || !units.iter().all(is_unit) || units.iter().find(named).is_none()
+        {
+            return Ok(None);
+        }
+        let Some((_, true)) = rows.next()? else {
+            return Ok(None);
+        };
+        let is_number = |cell: &str| numerals.parse(cell).is_some_and(f64::is_finite);
+        let follows = rows.record().iter().any(is_number);
+        Ok(follows.then_some((line, units)))
+    }
+}
+
+/// The number and the offset of a line that is asked for.
+fn start_of(bytes: &[u8], wanted: u64) -> Result<(u64, usize), ReadingError> {
+    let mut count = 0;
+    for (number, offset, _) in lines(bytes) {
+        if number == wanted {
+            return Ok((number, offset));
+        }
+        count = number;
+    }
+    Err(ReadingError::HeaderLine {
+        found: wanted,
+        lines: count,
     })
+}
+
+/// The tags and their line; an unnamed column has an empty one.
+fn header(path: &Path, rows: &mut Rows<'_>) -> Result<(u64, Vec<Signal>), LogError> {
+    let Some(line) = rows.first()? else {
+        return Err(LogError::Empty {
+            path: path.to_owned(),
+        });
+    };
+    let tags: Vec<&str> = rows.record().iter().map(bare).collect();
+    let is_number = |tag: &&str| tag.parse::<f64>().is_ok();
+    // Plain integers may be names (`0,1,2` is what some tools write).
+    if tags.iter().all(is_number) && tags.iter().any(|tag| tag.parse::<i64>().is_err()) {
+        let found = tags.join(",");
+        return Err(LogError::HeaderOfNumbers {
+            path: path.to_owned(),
+            line,
+            found,
+        });
+    }
+    let mut seen = HashSet::new();
+    let mut named = rows.record().iter().filter(|tag| !tag.is_empty());
+    if let Some(twice) = named.find(|tag| !seen.insert(*tag)) {
+        let (path, column) = (path.to_owned(), twice.to_owned());
+        return Err(LogError::DuplicateColumn { path, line, column });
+    }
+    let signals = tags.into_iter().map(|tag| Signal::new(tag, "")).collect();
+    Ok((line, signals))
 }
 
 /// The field without quotes: CSV knows them only where no space stands before them.
@@ -293,123 +313,4 @@ fn bare(field: &str) -> &str {
         .strip_prefix('"')
         .and_then(|rest| rest.strip_suffix('"'));
     inner.map_or(field, str::trim)
-}
-
-/// A comma, unless the header has none: then a semicolon or a tab.
-fn delimiter(bytes: &[u8]) -> u8 {
-    let header = bytes
-        .split(|&byte| matches!(byte, b'\n' | b'\r'))
-        .find(|line| !line.trim_ascii().is_empty())
-        .unwrap_or_default();
-    let mut quoted = false;
-    let outside: Vec<u8> = header
-        .iter()
-        .copied()
-        .filter(|&byte| {
-            quoted ^= byte == b'"';
-            !quoted
-        })
-        .collect();
-    [b',', b';', b'\t']
-        .into_iter()
-        .find(|byte| outside.contains(byte))
-        .unwrap_or(b',')
-}
-
-/// A data row that knows its header.
-struct Cells<'r> {
-    path: &'r Path,
-    header: &'r [Signal],
-    row: Row<'r>,
-}
-
-impl Cells<'_> {
-    fn check_count(&self) -> Result<(), LogError> {
-        let expected = self.header.len();
-        let found = match self.row.record {
-            Some(record) => record.len(),
-            // In a file of one column a blank line is an empty cell.
-            None => usize::from(expected == 1),
-        };
-        if found == expected {
-            return Ok(());
-        }
-        Err(LogError::Ragged {
-            path: self.path.to_owned(),
-            line: self.row.line,
-            expected,
-            found,
-        })
-    }
-
-    fn cell(&self, column: usize) -> &str {
-        self.row
-            .record
-            .and_then(|record| record.get(column))
-            .unwrap_or_default()
-    }
-
-    fn problem(&self, column: usize, problem: CellProblem) -> LogError {
-        LogError::Cell {
-            path: self.path.to_owned(),
-            line: self.row.line,
-            column: self.header[column].name.clone(),
-            problem,
-        }
-    }
-
-    fn number(&self, column: usize) -> Result<f64, LogError> {
-        let cell = self.cell(column);
-        let problem = match cell.parse::<f64>() {
-            Ok(value) if value.is_finite() => return Ok(value),
-            Ok(_) => CellProblem::NotFinite(cell.to_owned()),
-            Err(_) if cell.is_empty() => CellProblem::Empty,
-            Err(_) => CellProblem::Text(cell.to_owned()),
-        };
-        Err(self.problem(column, problem))
-    }
-
-    /// The number of a cell; NaN where there is none and that may be.
-    fn sample(&self, column: usize, missing: Missing) -> Result<f64, LogError> {
-        let cell = self.cell(column);
-        let none = cell.is_empty() || cell.parse::<f64>().is_ok_and(f64::is_nan);
-        if none && missing == Missing::Break {
-            return Ok(f64::NAN);
-        }
-        self.number(column)
-    }
-
-    /// Appends the time of this row. The first row decides whether times are seconds or instants.
-    fn push_time(&self, column: usize, clock: &mut Option<Clock>) -> Result<(), LogError> {
-        let cell = self.cell(column);
-        let seconds = cell.parse::<f64>().ok();
-        let clock = clock.get_or_insert_with(|| match seconds {
-            None if instant_ns(cell).is_some() => Clock::Nanoseconds(Vec::new()),
-            _ => Clock::Seconds(Vec::new()),
-        });
-        match clock {
-            Clock::Nanoseconds(times) => {
-                let not_a_time = || self.problem(column, CellProblem::Time(cell.to_owned()));
-                times.push(instant_ns(cell).ok_or_else(not_a_time)?);
-            }
-            Clock::Seconds(times) => match seconds {
-                Some(_) => times.push(self.number(column)?),
-                None if cell.is_empty() => return Err(self.problem(column, CellProblem::Empty)),
-                None => return Err(self.problem(column, CellProblem::Time(cell.to_owned()))),
-            },
-        }
-        Ok(())
-    }
-}
-
-/// Nanoseconds since 1970 of an ISO 8601 time; without an offset it is taken as UTC.
-fn instant_ns(cell: &str) -> Option<i128> {
-    if let Ok(instant) = cell.parse::<Timestamp>() {
-        return Some(instant.as_nanosecond());
-    }
-    let civil = cell.parse::<DateTime>().ok()?;
-    civil
-        .to_zoned(TimeZone::UTC)
-        .ok()
-        .map(|zoned| zoned.timestamp().as_nanosecond())
 }

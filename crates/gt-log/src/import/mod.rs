@@ -1,18 +1,56 @@
 //! Files into datasets.
 
 mod csv;
+mod error;
+mod gather;
+mod grid;
+mod imported;
+mod instant;
+mod long;
+mod number;
+mod parquet;
+mod parquet_column;
+mod reading;
+mod resample;
+mod rows;
 mod select;
+mod sheet;
+mod tabular;
+mod tags;
+mod text;
+mod tracks;
+mod units;
+mod warning;
+mod wide;
 
-use std::fmt;
 use std::ops::Range;
 use std::path::Path;
 
-use gt_core::{DataError, Dataset, Signal};
+use gt_core::Signal;
 use gtfdi::ident::Missing;
 
-use crate::{LogError, reader};
+use crate::{LogError, reader, sha256_hex, source};
 
+pub(crate) use csv::CsvSheet;
+pub(crate) use instant::TimeReader;
+pub(crate) use long::{Quality, Roles};
+pub(crate) use number::{Numerals, Sample};
+pub(crate) use parquet::ParquetSheet;
+pub(crate) use select::chosen_tags;
+pub(crate) use sheet::{Cell, Sheet};
+pub(crate) use tabular::{conversions, time_reader};
+pub(crate) use tags::Conversion;
+pub(crate) use text::decode;
+pub(crate) use tracks::Tracks;
+pub(crate) use wide::{cell_error, check_count, time_column};
+
+pub use error::ReadingError;
+pub use imported::{Imported, TimeGap};
+pub use reading::{Decimal, Layout, Reading};
+pub use resample::{Resample, ResampleMethod, Resampled, ResampledTag};
 pub(crate) use select::Columns;
+pub use tags::TagMap;
+pub use warning::Warning;
 
 /// The topic that is read where none is named.
 pub const DEFAULT_TOPIC: &str = "/plant/measured";
@@ -27,6 +65,7 @@ pub const DEFAULT_TOPIC: &str = "/plant/measured";
 /// | `topic` | [`DEFAULT_TOPIC`] | the topic of an MCAP log |
 /// | `rows` | all | data rows `start..end`, 0-based, half open |
 /// | `missing` | refuse | what a cell without a number and a gap in time mean |
+/// | `reading` | recognised | how the cells of a file are written, see [`Reading`] |
 ///
 /// A name that is a tag stands for that tag, whatever characters it has. A pattern gives its
 /// matches in the order of the file, without the time column and without tags that the same list
@@ -45,13 +84,22 @@ pub struct Selection {
     pub topic: Option<String>,
     /// The data rows; the others need not be valid.
     pub rows: Option<Range<usize>>,
-    /// With [`Missing::Break`] an empty cell of a CSV file, or one that is NaN, or a field that a
-    /// message of a log leaves out, is a sample that is NaN, and a longer step in time is a break of the record (see [`Imported::pieces`]).
+    /// With [`Missing::Break`] an empty cell of a CSV file, one that is NaN or one that holds a word
+    /// for a missing value (`Bad`, `No Data`), or a field that a message of a log leaves out, is a
+    /// sample that is NaN, and a longer step in time is a break of the record (see
+    /// [`Imported::pieces`]).
     pub missing: Missing,
+    /// How the cells of a CSV file are to be understood.
+    pub reading: Reading,
 }
 
 impl Selection {
-    fn check(&self) -> Result<(), LogError> {
+    /// Refuses what no file could follow.
+    pub(crate) fn check(&self) -> Result<(), LogError> {
+        self.reading.check().map_err(LogError::option)?;
+        if self.reading.resample.is_some() && self.sample_time_s.is_some() {
+            return Err(LogError::option(ReadingError::TwoSampleTimes));
+        }
         match self.sample_time_s {
             Some(found) if !(found.is_finite() && found > 0.0) => {
                 Err(LogError::SampleTime { found })
@@ -76,93 +124,11 @@ impl Selection {
     }
 }
 
-/// A record from a file.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Imported {
-    /// The record. Its first sample is at the time in the time column, or else at the number of
-    /// rows before it times the sample time.
-    pub dataset: Dataset,
-    /// The SHA-256 of the whole file, in hexadecimal digits.
-    pub sha256: String,
-    /// What the user should know.
-    pub warnings: Vec<Warning>,
-    /// The data rows of the file (messages of the topic), selected or not.
-    pub total_rows: usize,
-    /// The time of the first sample in nanoseconds since 1970, where the file tells it.
-    pub start_unix_ns: Option<i128>,
-    /// The samples before which time jumps; none unless breaks are allowed.
-    pub gaps: Vec<TimeGap>,
-}
-
-/// A sample that comes later than a sample time after the one before it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TimeGap {
-    /// The sample, 0-based.
-    pub sample: usize,
-    /// Its time since the first sample, in seconds.
-    pub since_first_s: f64,
-}
-
-impl Imported {
-    /// The samples of `rows`, a record of its own from each gap in time on, at its own time.
-    ///
-    /// # Errors
-    /// As [`Dataset::rows`].
-    pub fn pieces(&self, rows: Range<usize>) -> Result<Vec<Dataset>, DataError> {
-        let start = |sample: usize| -> f64 {
-            let before = self.gaps.iter().rev().find(|gap| gap.sample <= sample);
-            let (first, since_first_s) =
-                before.map_or((0, 0.0), |gap| (gap.sample, gap.since_first_s));
-            let steps = (sample - first) as f64;
-            self.dataset.start_time_s() + since_first_s + steps * self.dataset.sample_time_s()
-        };
-        let inside = self.gaps.iter().map(|gap| gap.sample);
-        let inside = inside.filter(|sample| (rows.start + 1..rows.end).contains(sample));
-        let bounds: Vec<usize> = [rows.start]
-            .into_iter()
-            .chain(inside)
-            .chain([rows.end])
-            .collect();
-        let piece = |ends: &[usize]| {
-            let data = self.dataset.rows(ends[0]..ends[1])?;
-            Ok(data.starting_at(start(ends[0])))
-        };
-        bounds.windows(2).map(piece).collect()
-    }
-}
-
-/// What the user should know of a record that could be read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Warning {
-    /// Neither a time column nor a sample time: the sample time is set to 1.
-    TimeInSamples,
-    /// Values that are NaN: the sensor gave nothing valid.
-    InvalidSamples {
-        /// The tag.
-        column: String,
-        /// How many there are.
-        count: usize,
-    },
-}
-
-impl fmt::Display for Warning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::TimeInSamples => f.write_str(
-                "no column named time, timestamp or t and no sample time given: time is counted \
-                 in samples (sample time 1)",
-            ),
-            Self::InvalidSamples { column, count } => {
-                write!(f, "`{column}` has {count} samples that are not valid (NaN)")
-            }
-        }
-    }
-}
-
 /// The file types that can be read.
 enum Format {
     Csv,
     Mcap,
+    Parquet,
 }
 
 impl Format {
@@ -173,9 +139,7 @@ impl Format {
         match extension.as_deref() {
             Some("csv") => Ok(Self::Csv),
             Some("mcap") => Ok(Self::Mcap),
-            Some("parquet") => Err(LogError::Parquet {
-                path: path.to_owned(),
-            }),
+            Some("parquet") => Ok(Self::Parquet),
             found => {
                 let found = found.map_or("no extension".to_owned(), |found| format!("`.{found}`"));
                 Err(LogError::Extension {
@@ -187,7 +151,7 @@ impl Format {
     }
 }
 
-/// Reads a `.csv` or `.mcap` file into a dataset.
+/// Reads a `.csv`, `.parquet` or `.mcap` file into a dataset.
 ///
 /// **CSV**: a header row of tags, then rows of cells; commas, or where the header has none,
 /// semicolons or tabs. Only the selected columns and the time column are read as numbers. The time
@@ -195,6 +159,9 @@ impl Format {
 /// increasing and uniform within [`UNIFORM_TOLERANCE`](crate::UNIFORM_TOLERANCE), but for gaps where
 /// [`Selection::missing`] allows them. A column that is
 /// selected as a signal is not taken for the time by its name alone.
+///
+/// **Parquet**: the same, wide or long, from columns of numbers, texts (words for missing values),
+/// booleans and times; nulls are missing.
 ///
 /// **MCAP**: the messages of one topic in the order of their publish times (of their log times where
 /// the writer left those at zero), whatever the chunks. Protobuf with its descriptor, of this or any
@@ -207,8 +174,13 @@ impl Format {
 pub fn read_dataset(path: &Path, selection: &Selection) -> Result<Imported, LogError> {
     selection.check()?;
     match Format::of(path)? {
-        Format::Csv => csv::read(path, selection),
-        Format::Mcap => reader::read_dataset(path, selection),
+        Format::Csv => read_csv(path, selection),
+        Format::Mcap => {
+            let refused = |cause| LogError::reading(path, cause);
+            selection.reading.check_log().map_err(refused)?;
+            reader::read_dataset(path, selection)
+        }
+        Format::Parquet => read_parquet(path, selection),
     }
 }
 
@@ -219,7 +191,45 @@ pub fn read_dataset(path: &Path, selection: &Selection) -> Result<Imported, LogE
 /// As [`read_dataset`].
 pub fn columns(path: &Path, topic: Option<&str>) -> Result<Vec<Signal>, LogError> {
     match Format::of(path)? {
-        Format::Csv => csv::columns(path),
+        Format::Csv => csv_columns(path, &Reading::default()),
         Format::Mcap => reader::columns(path, topic.unwrap_or(DEFAULT_TOPIC)),
+        Format::Parquet => {
+            let sheet = ParquetSheet::open(path, source::read(path)?)?;
+            Ok(sheet.header().to_vec())
+        }
     }
+}
+
+fn read_csv(path: &Path, selection: &Selection) -> Result<Imported, LogError> {
+    let bytes = source::read(path)?;
+    let reading = &selection.reading;
+    let encoding = reading.encoding().map_err(LogError::option)?;
+    let text = text::decode(path, &bytes, encoding)?;
+    let mut sheet = CsvSheet::open(path, &text.bytes, reading)?;
+    let numerals = Numerals::new(sheet.dialect.decimal, reading);
+    let warnings = sheet.dialect.warnings.clone();
+    let mut imported = tabular::read(path, &mut sheet, &numerals, selection, sha256_hex(&bytes))?;
+    imported.warnings.splice(0..0, warnings);
+    Ok(imported)
+}
+
+fn read_parquet(path: &Path, selection: &Selection) -> Result<Imported, LogError> {
+    let reading = &selection.reading;
+    let refused = |cause| LogError::reading(path, cause);
+    reading.check_parquet().map_err(refused)?;
+    let bytes = source::read(path)?;
+    let sha256 = sha256_hex(&bytes);
+    let mut sheet = ParquetSheet::open(path, bytes)?;
+    let numerals = Numerals::new(Decimal::Point, reading);
+    tabular::read(path, &mut sheet, &numerals, selection, sha256)
+}
+
+/// The tags of a CSV file's header.
+fn csv_columns(path: &Path, reading: &Reading) -> Result<Vec<Signal>, LogError> {
+    let bytes = source::read(path)?;
+    let text = text::decode(path, &bytes, None)?;
+    let sheet = CsvSheet::open(path, &text.bytes, reading)?;
+    let mut header = sheet.header().to_vec();
+    header.retain(|signal| !signal.name.is_empty());
+    Ok(header)
 }

@@ -61,6 +61,22 @@ impl Columns {
     }
 }
 
+/// The tags that are selected, all but the time where none are.
+pub(crate) fn chosen_tags(
+    path: &Path,
+    available: &[Signal],
+    time: Option<usize>,
+    selection: &Selection,
+) -> Result<Vec<usize>, LogError> {
+    if selection.inputs.is_empty() && selection.outputs.is_empty() {
+        let named = available.iter().enumerate();
+        let named = named.filter(|&(index, s)| Some(index) != time && !s.name.is_empty());
+        return Ok(named.map(|(index, _)| index).collect());
+    }
+    let columns = Columns::resolve(path, available, time, selection)?;
+    Ok(columns.all().collect())
+}
+
 /// The names of the columns that can be selected.
 pub(crate) fn names(available: &[Signal]) -> Vec<String> {
     available

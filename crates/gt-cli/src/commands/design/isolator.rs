@@ -132,7 +132,13 @@ impl Work<'_> {
             records: healthy,
             mut warnings,
             ..
-        } = read_healthy(self.args, self.file, self.model_path, self.healthy_paths)?;
+        } = read_healthy(
+            self.args,
+            self.file,
+            self.model_path,
+            self.healthy_paths,
+            false,
+        )?;
         let faults = described
             .into_iter()
             .map(|fault| {
@@ -185,7 +191,7 @@ impl Work<'_> {
         warnings: &mut Vec<String>,
     ) -> Result<Vec<PairRecords>, Failure> {
         let model = &self.file.model;
-        let wanted = selection_for(model, &self.args.reading, None);
+        let wanted = selection_for(model, &self.args.reading, None)?;
         let folder = self.faults_path.parent().unwrap_or(Path::new(""));
         let mut read = |path: &PathBuf| {
             let path = folder.join(path);

@@ -14,7 +14,7 @@ use gt_campaign::{TestPlan, Watch, in_sample_optimism};
 use gt_log::{ModelFile, read_json, write_json};
 use gtfdi::core::Dataset;
 use gtfdi::fdi::{Bank, FdiError, ObserverDesign, ResidualTest, StatisticError, ThresholdRule};
-use gtfdi::ident::ArxModel;
+use gtfdi::ident::{ArxModel, Missing, unbroken};
 
 use self::generators::{Found, chosen, found_by, parts};
 use self::optimisation::output_reports;
@@ -228,11 +228,14 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         };
         return work.run();
     }
+    // With --faulty they are pairs, and not split.
+    let splits = search.is_none();
     let Healthy {
+        paths: healthy_paths,
         records: healthy,
         in_sample,
         mut warnings,
-    } = read_healthy(&args, &file, model_path, &healthy_paths)?;
+    } = read_healthy(&args, &file, model_path, &healthy_paths, splits)?;
     let parts = parts(model).map_err(|error| Failure::in_file(model_path, error))?;
     let Found {
         generators,
@@ -282,24 +285,29 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
 }
 
 /// Healthy records.
-struct Healthy {
+struct Healthy<'a> {
+    /// The file of each.
+    paths: Vec<&'a Path>,
     records: Vec<Dataset>,
     /// Whether the model was identified from each.
     in_sample: Vec<bool>,
     warnings: Vec<String>,
 }
 
-fn read_healthy(
+/// Reads them; where they are split, samples that may be missing end one record and begin another.
+fn read_healthy<'a>(
     args: &DesignArgs,
     file: &ModelFile,
     model_path: &Path,
-    paths: &[&Path],
-) -> Result<Healthy, Failure> {
+    paths: &[&'a Path],
+    splits: bool,
+) -> Result<Healthy<'a>, Failure> {
     let model = &file.model;
     let rows = args.rows.as_ref().map(|rows| rows.0.clone());
-    let wanted = selection_for(model, &args.reading, rows);
+    let wanted = selection_for(model, &args.reading, rows)?;
     let optimism = in_sample_optimism(model).into_iter().fold(1.0, f64::max);
     let mut healthy = Healthy {
+        paths: Vec::new(),
         records: Vec::new(),
         in_sample: Vec::new(),
         warnings: Vec::new(),
@@ -319,8 +327,21 @@ fn read_healthy(
             complain(&format!("warning: {warning}"));
             healthy.warnings.push(warning);
         }
-        healthy.in_sample.push(own);
-        healthy.records.push(read.imported.dataset);
+        let whole = read.imported.dataset;
+        let parts = if splits && wanted.missing == Missing::Break {
+            unbroken(&whole).map_err(|error| Failure::in_file(path, error))?
+        } else {
+            vec![whole]
+        };
+        if parts.is_empty() {
+            let found = "expected samples of all channels, found none";
+            return Err(Failure::in_file(path, found));
+        }
+        for part in parts {
+            healthy.paths.push(path);
+            healthy.in_sample.push(own);
+            healthy.records.push(part);
+        }
     }
     Ok(healthy)
 }

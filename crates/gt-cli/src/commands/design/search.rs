@@ -120,7 +120,7 @@ impl<'a> Faulty<'a> {
         model_path: &Path,
     ) -> Result<Self, Failure> {
         let rows = args.rows.as_ref().map(|rows| rows.0.clone());
-        let wanted = selection_for(model, &args.reading, rows);
+        let wanted = selection_for(model, &args.reading, rows)?;
         let mut found = Self {
             paths: paths(args),
             training: args.faulty.as_ref().map_or(0, Vec::len),

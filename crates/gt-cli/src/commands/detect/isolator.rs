@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use gt_log::{Imported, RunMetadata, write_diagnoses};
+use gt_log::{Imported, Resampled, RunMetadata, write_diagnoses};
 use gtfdi::fdi::{IsolationRun, Isolator, MeanTime, NamedAlarm, NamedHypothesis, StatisticKind};
 use serde::Serialize;
 
@@ -51,6 +51,8 @@ pub struct Report<'a> {
     outputs: Vec<StatisticReport<'a>>,
     false_alarms_per_hour: Promise,
     input_sha256: &'a str,
+    /// What resampling made of the record.
+    resampled: Option<&'a Resampled>,
     warnings: Vec<String>,
     out: Option<&'a Path>,
 }
@@ -76,7 +78,7 @@ pub fn detect<'a>(
         let metadata = RunMetadata {
             seed: None,
             run_index: None,
-            config_toml: String::new(),
+            config_toml: super::reading_toml(imported)?,
             data_sha256: Some(imported.sha256.clone()),
         };
         write_diagnoses(out, isolator, data, &metadata).map_err(Failure::failed)?;
@@ -96,6 +98,7 @@ pub fn detect<'a>(
         outputs: statistics(isolator, &run),
         false_alarms_per_hour: promise(isolator.mean_times()),
         input_sha256: &imported.sha256,
+        resampled: imported.resampled.as_ref(),
         warnings,
         out,
     })

@@ -4,7 +4,7 @@ mod isolator;
 
 use std::path::Path;
 
-use gt_log::{DetectorFile, RunMetadata, write_verdicts};
+use gt_log::{DetectorFile, Imported, Resampled, RunMetadata, write_verdicts};
 use gtfdi::fdi::{Alarm, Bank, FalseAlarmRate, MeanTime, StatisticKind};
 use serde::Serialize;
 
@@ -54,6 +54,8 @@ struct Report<'a> {
     /// Of all tests together, counted by cross-validation when the bank was designed.
     false_alarms_per_hour: FalseAlarmRate,
     input_sha256: &'a str,
+    /// What resampling made of the record.
+    resampled: Option<&'a Resampled>,
     warnings: Vec<String>,
     out: Option<&'a Path>,
 }
@@ -76,7 +78,7 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     }
     let rows = args.rows.as_ref().map(|rows| rows.0.clone());
     let detector = DetectorFile::read(bank_path).map_err(Failure::input)?;
-    let wanted = selection(detector.inputs(), detector.outputs(), &args.reading, rows);
+    let wanted = selection(detector.inputs(), detector.outputs(), &args.reading, rows)?;
     let read = read_for(path, &wanted, bank_path, detector.sample_time_s())?;
     let found = match detector {
         DetectorFile::Bank(bank) => detect(&bank, path, read, args.out.as_deref(), global)?,
@@ -122,7 +124,7 @@ fn detect(
         let metadata = RunMetadata {
             seed: None,
             run_index: None,
-            config_toml: String::new(),
+            config_toml: reading_toml(&imported)?,
             data_sha256: Some(imported.sha256.clone()),
         };
         write_verdicts(out, bank, data, &run, &metadata).map_err(Failure::failed)?;
@@ -154,6 +156,7 @@ fn detect(
             .collect(),
         false_alarms_per_hour: bank.false_alarms(),
         input_sha256: &imported.sha256,
+        resampled: imported.resampled.as_ref(),
         warnings,
         out,
     };
@@ -163,6 +166,22 @@ fn detect(
         print(&text(&report))?;
     }
     Ok(!run.alarms.is_empty())
+}
+
+/// What a log says of how its record was read: what resampling did.
+fn reading_toml(imported: &Imported) -> Result<String, Failure> {
+    #[derive(Serialize)]
+    struct Document<'a> {
+        resampled: &'a Resampled,
+    }
+    let document = imported
+        .resampled
+        .as_ref()
+        .map(|resampled| Document { resampled });
+    match document {
+        Some(document) => toml::to_string(&document).map_err(Failure::failed),
+        None => Ok(String::new()),
+    }
 }
 
 /// How the verb ends.

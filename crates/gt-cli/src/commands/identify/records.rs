@@ -3,16 +3,16 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use gt_log::{CellProblem, Imported, LogError, Selection};
+use gt_log::{Imported, LogError, Resampled, Selection};
 use gtfdi::core::Dataset;
 use gtfdi::ident::{IdentError, Missing, RecordOrigin, unbroken};
 use serde::Serialize;
 
 use super::blocks::Blocks;
 use super::hint::hint;
-use crate::cli::{ErrorModel, IdentifyArgs, Method, MissingSamples};
+use crate::cli::{ErrorModel, IdentifyArgs, Method};
 use crate::failure::Failure;
-use crate::record::{check_out, read, selection};
+use crate::record::{check_out, read, selection, unreadable};
 
 /// A file that was read.
 #[derive(Serialize)]
@@ -21,6 +21,8 @@ pub struct Source {
     train_rows: Option<[usize; 2]>,
     validation_rows: Option<[usize; 2]>,
     pub input_sha256: String,
+    /// What resampling made of the file.
+    resampled: Option<Resampled>,
     /// The line that was taken out.
     pub trend: Option<Slopes>,
 }
@@ -76,15 +78,8 @@ impl Records {
         for out in args.out.iter().chain(&args.plot) {
             check_out(out, &all)?;
         }
-        let missing = match args.missing {
-            Some(MissingSamples::Break) => Missing::Break,
-            Some(MissingSamples::Error) | None => Missing::Refuse,
-        };
         let blocks = Blocks::of(args);
-        let wanted = Selection {
-            missing,
-            ..selection(inputs, outputs, &args.reading, blocks.window.clone())
-        };
+        let wanted = selection(inputs, outputs, &args.reading, blocks.window.clone())?;
         let mut records = Self {
             train: Vec::new(),
             validation: Vec::new(),
@@ -145,6 +140,7 @@ impl Records {
             train_rows: Some([train.start, train.end]),
             validation_rows: validates.then_some([validation.start, validation.end]),
             input_sha256: imported.sha256,
+            resampled: imported.resampled,
             trend,
         });
         Ok(())
@@ -164,6 +160,7 @@ impl Records {
             train_rows: None,
             validation_rows: Some([rows.start, rows.end]),
             input_sha256: imported.sha256,
+            resampled: imported.resampled,
             trend,
         });
         Ok(())
@@ -200,12 +197,8 @@ impl Records {
         wanted: &Selection,
         known: impl Fn(&LogError) -> Option<Failure>,
     ) -> Result<Imported, Failure> {
-        let found = read(path, wanted).map_err(|error| {
-            known(&error).unwrap_or_else(|| match unreadable(&error) {
-                Some(hint) => Failure::input(format!("{error}; {hint}")),
-                None => Failure::input(error),
-            })
-        })?;
+        let found = read(path, wanted)
+            .map_err(|error| known(&error).unwrap_or_else(|| unreadable(&error)))?;
         self.warnings.extend(found.warnings);
         Ok(found.imported)
     }
@@ -321,24 +314,4 @@ fn pieces(
     let parts: Result<Vec<_>, _> = pieces.iter().map(unbroken).collect();
     let parts = parts.map_err(|error| Failure::in_file(path, error))?;
     Ok(parts.into_iter().flatten().collect())
-}
-
-/// What to do about a file that cannot be read as it is.
-fn unreadable(error: &LogError) -> Option<&'static str> {
-    match error {
-        LogError::Cell {
-            problem: CellProblem::Empty,
-            ..
-        } => Some("--missing break fits around it"),
-        LogError::Cell {
-            problem: CellProblem::NotFinite(cell),
-            ..
-        } if cell.parse::<f64>().is_ok_and(f64::is_nan) => Some("--missing break fits around it"),
-        LogError::TimeNotUniform {
-            expected_s,
-            found_s,
-            ..
-        } if found_s > expected_s => Some("--missing break fits around the gap"),
-        _ => None,
-    }
 }

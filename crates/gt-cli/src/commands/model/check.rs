@@ -74,7 +74,7 @@ pub fn check(args: &CheckArgs, global: &GlobalArgs) -> Result<Outcome, Failure> 
     found(None, untold.collect());
 
     let rows = args.rows.as_ref().map(|rows| rows.0.clone());
-    let wanted = selection_for(model, &args.reading, rows);
+    let wanted = selection_for(model, &args.reading, rows)?;
     let mut records = Vec::new();
     let mut warnings = Vec::new();
     for data in args.data.iter().flatten() {

@@ -155,7 +155,6 @@ impl IsolationDesign {
             limiter: self.limiter,
             // Nothing lasts so long.
             burst: usize::MAX >> 1,
-            loudest: f64::INFINITY,
             half_width: self.half_width,
             longest,
             hypotheses: self.faults.clone(),
@@ -170,7 +169,7 @@ impl IsolationDesign {
         let name = name.into();
         // Checked before the long work.
         let _ = Isolator::checked(name.clone(), fields.clone())?;
-        (fields.burst, fields.loudest) = bursts(&fields, healthy)?;
+        fields.burst = longest_burst(&fields, healthy)?;
         fields.drives = self.drive_noise(&fields, healthy)?;
         (fields.wander, fields.driven_variance) = wander(&fields, healthy)?;
         let (limits, mean_times) = self.limits(&fields, healthy)?;
@@ -361,14 +360,11 @@ pub(super) fn run(
 }
 
 /// Twice as many samples as healthy residuals ever were beyond the limiter in a row, a scan's at
-/// least, and the furthest that they went.
-fn bursts(fields: &Fields, healthy: &[Dataset]) -> Result<(usize, f64), FdiError> {
-    let (mut longest, mut loudest) = (0, fields.limiter);
-    run(fields, healthy, |core| {
-        let (beyond, furthest) = core.burst();
-        (longest, loudest) = (longest.max(beyond), loudest.max(furthest));
-    })?;
-    Ok(((2 * longest).max(SAMPLES_A_SCAN), loudest))
+/// least.
+fn longest_burst(fields: &Fields, healthy: &[Dataset]) -> Result<usize, FdiError> {
+    let mut longest = 0;
+    run(fields, healthy, |core| longest = longest.max(core.beyond()))?;
+    Ok((2 * longest).max(SAMPLES_A_SCAN))
 }
 
 fn robust_scale(

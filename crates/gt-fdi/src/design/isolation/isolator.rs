@@ -51,8 +51,6 @@ pub(super) struct Fields {
     pub(super) limiter: f64,
     /// Samples in a row beyond that: more are no burst.
     pub(super) burst: usize,
-    /// The furthest that healthy whitened residuals go, in multiples of `scale`.
-    pub(super) loudest: f64,
     /// Samples on either side of the one whose rate of an input is taken.
     pub(super) half_width: usize,
     /// How far back onsets are looked for, in samples.
@@ -240,10 +238,9 @@ impl Fields {
         for (what, expected, found) in sizes {
             DimensionError::check(&format!("isolator, {what}"), expected, found)?;
         }
-        let ends = [&self.limiter, &self.loudest];
-        let above_zero = self.scale.iter().chain(&self.limits).chain(ends);
+        let above_zero = self.scale.iter().chain(&self.limits).chain([&self.limiter]);
         let options = above_zero
-            .map(|value| ("scale, limits, limiter, loudest", *value, *value > 0.0))
+            .map(|value| ("scale, limits, limiter", *value, *value > 0.0))
             .chain(
                 self.driven_variance
                     .iter()
@@ -391,7 +388,6 @@ impl Fields {
             whitener: self.whitening.runtime(self.whitening.mean(), &self.scale),
             limiter: self.limiter,
             burst: self.burst,
-            loudest: self.loudest,
             hypotheses,
             drives,
             delay,

@@ -10,7 +10,7 @@ use super::diagnosis::DiagnosisOptions;
 use super::drive::Drive;
 use super::joint_whitener::JointWhitener;
 use super::lag::{LAGS, LagParts};
-use super::limiter::{Limiter, Phase};
+use super::limiter::Limiter;
 use super::memory::{Memory, YOUNGEST};
 use super::profile::Profile;
 use super::recall::{self, Recall};
@@ -78,8 +78,6 @@ pub(crate) struct CoreParts {
     pub(crate) limiter: f64,
     /// What is beyond that for more samples in a row is no burst.
     pub(crate) burst: usize,
-    /// What is beyond this is none of a drive's doing: the furthest that healthy ones go.
-    pub(crate) loudest: f64,
     pub(crate) hypotheses: Vec<HypothesisParts>,
     pub(crate) drives: Vec<Drive>,
     /// Samples by which drives are late.
@@ -142,11 +140,8 @@ pub(crate) struct Core {
     residuals: Box<[f64]>,
     /// Cuts bursts, and lasting changes of whatever size not.
     limiter: Limiter,
-    /// Whitened residuals on their way to the memory, round: with bursts cut, as they were, where they
-    /// had been, and the limiter's phase.
+    /// Whitened residuals on their way to the memory, round: with bursts cut, then as they were.
     waiting: Vec<Box<[f64]>>,
-    /// What the memory took of a burst: gone again where that was the beginning of a jump.
-    taken: Box<[f64]>,
     next_waiting: usize,
     sample: Box<[f64]>,
     unsettled: usize,
@@ -166,9 +161,8 @@ impl Core {
             memory,
             sums,
             residuals: vec![0.0; size].into(),
-            limiter: Limiter::new(size, parts.limiter, parts.burst, parts.answer),
-            waiting: vec![vec![0.0; 3 * size + 1].into(); parts.delay + 1],
-            taken: vec![0.0; signals].into(),
+            limiter: Limiter::new(size, parts.limiter, parts.burst),
+            waiting: vec![vec![0.0; 2 * size].into(); parts.delay + 1],
             next_waiting: 0,
             sample: vec![0.0; signals].into(),
             unsettled,
@@ -213,12 +207,9 @@ impl Core {
             // Without a residual there is no evidence.
             newest.fill(0.0);
             if !settling {
-                let (cut, rest) = newest.split_at_mut(white.len());
-                let (whole, rest) = rest.split_at_mut(white.len());
+                let (cut, whole) = newest.split_at_mut(white.len());
                 whole.copy_from_slice(white);
-                if let Some((phase, levels)) = rest.split_last_mut() {
-                    *phase = self.limiter.step(white, cut, levels).into();
-                }
+                self.limiter.step(white, cut);
             }
         }
         self.next_waiting = (self.next_waiting + 1) % self.waiting.len();
@@ -245,15 +236,10 @@ impl Core {
             return false;
         };
         let size = self.residuals.len();
-        let (white, rest) = waiting.split_at(size);
-        let (whole, rest) = rest.split_at(size);
+        let (white, whole) = waiting.split_at(size);
         let (own, driven) = self.sample.split_at_mut(size);
         own.copy_from_slice(white);
         let settled = own.iter().any(|value| *value != 0.0);
-        let furthest = whole
-            .iter()
-            .fold(0.0, |most: f64, value| most.max(value.abs()));
-        let share = (self.parts.loudest / furthest).min(1.0);
         for (drive, places) in self
             .parts
             .drives
@@ -267,24 +253,14 @@ impl Core {
             for (to, from) in changes.iter_mut().zip(change) {
                 *to = shown(*from);
             }
-            // With the residuals as they are: what a lag does comes in bursts. Only for the evidence,
-            // the first pair, something louder than healthy bursts counts as one of those.
+            // With the residuals as they are: what a lag does comes in bursts.
             for (lag, pair) in places.chunks_exact_mut(2).enumerate() {
                 let change = drive.change(lag);
-                let share = if lag == 0 { share } else { 1.0 };
                 if let [agreement, energy] = pair {
-                    *agreement = shown(share * dot(whole, change));
+                    *agreement = shown(dot(whole, change));
                     *energy = shown(dot(change, change));
                 }
             }
-        }
-        if let Some((phase, levels)) = rest.split_last() {
-            take_back(
-                Phase::from(*phase),
-                levels,
-                &mut self.sample,
-                &mut self.taken,
-            );
         }
         true
     }
@@ -349,7 +325,6 @@ impl Core {
         for waiting in &mut self.waiting {
             waiting.fill(0.0);
         }
-        self.taken.fill(0.0);
         self.unsettled = self.parts.settle + self.parts.whitener.order();
         (self.blocks, self.quiet_scans) = (0, 0);
         self.verdict.statistics.fill(0.0);
@@ -363,7 +338,7 @@ impl Core {
     /// is: an onset is known to two scans or so.
     pub(super) fn is_answering(&self, age: f64) -> bool {
         let scans = (2 * BLOCKS_A_SCAN * YOUNGEST) as f64;
-        self.limiter.is_answering() || age < self.parts.answer as f64 + scans
+        age < self.parts.answer as f64 + scans
     }
 
     /// Brings the sums up to the newest sample.
@@ -371,11 +346,9 @@ impl Core {
         self.sums.gather(&self.memory);
     }
 
-    /// Samples in a row beyond the limiter, and the modulus of the furthest residual now.
-    pub(crate) fn burst(&self) -> (usize, f64) {
-        let white = self.parts.whitener.white().iter();
-        let furthest = white.fold(0.0, |most: f64, value| most.max(value.abs()));
-        (self.limiter.beyond(), furthest)
+    /// Samples in a row beyond the limiter.
+    pub(crate) fn beyond(&self) -> usize {
+        self.limiter.beyond()
     }
 
     /// Levels of the memory.
@@ -435,7 +408,6 @@ impl Recall for Core {
         for waiting in &mut self.waiting {
             recall::numbers(waiting, visit);
         }
-        recall::numbers(&mut self.taken, visit);
         let slots = self.waiting.len();
         recall::count(&mut self.next_waiting, slots.saturating_sub(1), visit);
         let settle = self.parts.settle + self.parts.whitener.order();
@@ -458,21 +430,6 @@ impl Recall for Core {
         verdict.leading = leading.checked_sub(1);
         // Sums are those of the last scan only after the next.
         self.sums.gather(&self.memory);
-    }
-}
-
-/// Remembers what the memory takes of a burst. Once that was the beginning of a jump, `sample` takes it
-/// out of the sums again, and says nothing while residuals answer.
-fn take_back(phase: Phase, levels: &[f64], sample: &mut [f64], taken: &mut [f64]) {
-    let levels = levels.iter().copied().chain(core::iter::repeat(0.0));
-    let all = sample.iter_mut().zip(taken.iter_mut()).zip(levels);
-    match phase {
-        Phase::Plain => taken.fill(0.0),
-        Phase::Burst => all.for_each(|((sample, taken), level)| *taken += *sample - level),
-        Phase::Answer => all.for_each(|((sample, taken), level)| {
-            *sample = level - *taken;
-            *taken = 0.0;
-        }),
     }
 }
 

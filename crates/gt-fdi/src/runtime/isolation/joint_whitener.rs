@@ -93,11 +93,6 @@ impl JointWhitener {
         &self.white
     }
 
-    /// The last whitened residuals.
-    pub(super) fn white(&self) -> &[f64] {
-        &self.white
-    }
-
     /// Puts the past at the mean.
     pub(crate) fn reset(&mut self) {
         for past in &mut self.past {
