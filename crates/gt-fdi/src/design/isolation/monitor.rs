@@ -11,7 +11,7 @@ use crate::runtime::{Diagnosis, Finding, IsolationVerdict, ResumeError, StepErro
 const UNNAMED_S: f64 = 0.4;
 const NAMED_S: f64 = 5.0;
 /// Diagnoses in a row that must agree before a name is given, and contradict one before another is.
-const AGREEING: usize = 3;
+const AGREEING: usize = 2;
 const CONTRARY: usize = 3;
 
 /// What happened at a sample.
@@ -45,7 +45,7 @@ pub enum IsolationEvent {
 }
 
 /// A detector that diagnoses while an alarm is up: every 0.4 s until a fault is named, and every 5 s
-/// from then on. A fault is named when three diagnoses in a row agree, and a name that was given is
+/// from then on. A fault is named when two diagnoses in a row agree, and a name that was given is
 /// changed when three in a row contradict it.
 #[derive(Debug, Clone)]
 pub struct IsolationMonitor {
