@@ -429,7 +429,8 @@ fn definition(preparation: &Preparation, runs: u64) -> String {
          the same direction. Sensors keep one noise in all runs, scaled by one \
          noise-free hour. Case 4 in percent is its lag over {ROTOR_S} s. Naming: case, onset, sign \
          (of the thermocouple) and size, 1 to 4 times the limit at {NAMING_S} s, drawn at random; \
-         a name counts as given where its probability reaches 0.99, in time within 5 s of the \
+         a name counts as given where its probability reaches 0.99 in two diagnoses in a row and \
+         residuals have answered to the onset, in time within 5 s of the \
          alarm, wrong where it ever was another.",
         preparation.definition()
     )
