@@ -24,7 +24,7 @@ pub struct RocPoint {
     pub false_alarms_per_hour: Option<f64>,
     /// Faulty runs with an alarm from the onset to the horizon.
     pub detected: Proportion,
-    /// The same for each fault, in the order of [`Summary::faults`].
+    /// The same for each fault, in the order of [`super::Summary::faults`].
     pub detected_by_fault: Vec<Proportion>,
     /// Of each fault the size detected with probability .95 by the horizon.
     pub size_limit_by_fault: Vec<SizeLimit>,
