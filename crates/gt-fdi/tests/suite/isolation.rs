@@ -257,7 +257,7 @@ fn files_keep_every_bit_and_give_the_same_run() {
     assert_eq!(&read, isolator());
     let data = record(3, 5000, [0.08, 0.0, 0.0], 0.0);
     assert_eq!(read.run(&data).unwrap(), isolator().run(&data).unwrap());
-    let newer = text.replacen("\"schema_version\":1", "\"schema_version\":2", 1);
+    let newer = text.replacen("\"schema_version\":2", "\"schema_version\":3", 1);
     let error = serde_json::from_str::<Isolator>(&newer)
         .unwrap_err()
         .to_string();
