@@ -82,7 +82,7 @@ impl PyDetector {
     fn resume(&mut self, state: &str) -> Result<(), Failure> {
         let state: DetectorState = json_value("state", state)?;
         self.inner.resume(&state)?;
-        self.clock = SampleClock::at(state.last_time_s());
+        self.clock = SampleClock::at(state.last_time_s(), self.inner.sample_time_s());
         Ok(())
     }
 

@@ -93,7 +93,7 @@ impl PyIsolationMonitor {
     fn resume(&mut self, state: &str) -> Result<(), Failure> {
         let state: MonitorState = json_value("state", state)?;
         self.inner.resume(&state)?;
-        self.clock = SampleClock::at(state.last_time_s());
+        self.clock = SampleClock::at(state.last_time_s(), self.isolator.sample_time_s());
         Ok(())
     }
 

@@ -7,11 +7,24 @@ pub struct SampleClock {
 }
 
 impl SampleClock {
-    /// A clock whose last sample was at `time_s`, if there was one.
-    pub fn at(time_s: Option<f64>) -> Self {
-        Self {
-            since: time_s.map(|time_s| (time_s, 0)),
-        }
+    /// A clock whose last sample was at `time_s`, if there was one. Where that is a whole number of
+    /// sample times, it goes on counting from 0: the same times, bit for bit, as one that did.
+    pub fn at(time_s: Option<f64>, sample_time_s: f64) -> Self {
+        let since = time_s.map(|time_s| {
+            let count = (time_s / sample_time_s).round();
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "saturates"
+            )]
+            let whole = count as usize;
+            if (whole as f64 * sample_time_s).to_bits() == time_s.to_bits() {
+                (0.0, whole)
+            } else {
+                (time_s, 0)
+            }
+        });
+        Self { since }
     }
 
     /// The clock at the next sample: as given, or a sample time after the one before, or 0.
