@@ -168,7 +168,7 @@ impl PyDetector {
             let samples = data.u().column_iter().zip(data.y().column_iter());
             for (k, (u, y)) in samples.enumerate() {
                 let clock = match (record, k, t_s) {
-                    (true, ..) => SampleClock::at(Some(data.time_s(k))),
+                    (true, ..) => SampleClock::at(Some(data.time_s(k)), self.inner.sample_time_s()),
                     (false, 0, given_s) => self.clock.next(given_s),
                     (false, ..) => self.clock.next(None),
                 };
