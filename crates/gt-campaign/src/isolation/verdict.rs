@@ -3,7 +3,7 @@
 use gtfdi::fdi::{Finding, IsolationEvent, IsolationRun};
 
 /// Seconds after the alarm in which a name counts as in time.
-pub(crate) const IN_TIME_S: f64 = 5.0;
+const IN_TIME_S: f64 = 5.0;
 /// Relative error of a size that counts as right.
 pub(crate) const SIZE_TOLERANCE: f64 = 0.15;
 
@@ -16,13 +16,6 @@ pub struct Found {
     pub low: f64,
     /// Upper end.
     pub high: f64,
-}
-
-impl Found {
-    /// Whether the truth lies in the interval.
-    pub fn holds(&self, truth: f64) -> bool {
-        self.low <= truth && truth <= self.high
-    }
 }
 
 /// What an isolator said of a record with a fault that is known.
