@@ -24,7 +24,7 @@ fn times(record: &Record) -> Vec<f64> {
         .collect()
 }
 
-fn series(label: &str, values: Vec<f64>, dashed: bool) -> Series {
+pub(super) fn series(label: &str, values: Vec<f64>, dashed: bool) -> Series {
     Series {
         label: label.to_owned(),
         values,

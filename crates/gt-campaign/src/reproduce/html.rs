@@ -192,6 +192,7 @@ impl Reproduction {
         let rows: Vec<Vec<Cell>> = rows.map(|table| plain(table.cells())).collect();
         page.table(&ISOLATION_HEAD, &rows);
         page.note(&tables.table10_definition);
+        self.figures_of(page, "detection_");
     }
 
     fn summary(&self, page: &mut Page) {

@@ -7,6 +7,8 @@ use gtfdi::plant::{FaultCase, MapSet, NoiseLevel};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::detection_curves::{LEVELS, detection_curves};
+use super::figures::Figure;
 use crate::error::{CampaignError, During as _};
 use crate::isolation::{
     Ambient, DetectionLimit, LimitSearch, NamingStudy, NamingSummary, PaperScheme, Preparation,
@@ -202,12 +204,14 @@ pub struct IsolationTable {
 }
 
 /// Table 10 and the naming of faults.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Limits {
     /// Rows of Table 10.
     pub table10: Vec<Table10Row>,
     /// Naming studies, that of the `paper` maps with Table 8's noise first.
     pub isolation: Vec<IsolationTable>,
+    /// Detection over the size, a figure a row.
+    pub figures: Vec<Figure>,
     /// How both are computed.
     pub definition: String,
 }
@@ -283,18 +287,24 @@ pub fn compute(seed: u64, depth: Depth, progress: &dyn Progress) -> Result<Limit
         }
     }
     isolation.sort_by_key(|table| (table.map_set != "paper", table.noise != "table8"));
-    let mut table10: Vec<Table10Row> = found
+    let mut rows: Vec<(Table10Row, Option<Figure>)> = found
         .into_iter()
-        .map(|((group, place, delay), cell)| cell.row(group, place, delay as f64, plan.runs))
+        .map(|((group, place, delay), cell)| {
+            let row = cell.row(group, place, delay as f64, plan.runs);
+            let figure = detection_curves(&row, cell.smallest());
+            (row, figure)
+        })
         .collect();
     // The paper's own setting and delays first.
-    table10.sort_by_key(|row| {
+    rows.sort_by_key(|(row, _)| {
         let own = row.paper_percent.is_none();
         (row.ambient_varies, row.map_set != "paper", own, row.case)
     });
+    let (table10, figures): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
     Ok(Limits {
         table10,
         isolation,
+        figures: figures.into_iter().flatten().collect(),
         definition: definition(&preparation, plan.runs),
     })
 }
@@ -308,11 +318,8 @@ fn group(map_set: MapSet, ambient: Ambient) -> usize {
 
 /// The column of a level of noise.
 fn column(level: NoiseLevel) -> usize {
-    match level {
-        NoiseLevel::None => 0,
-        NoiseLevel::Tables4And5 => 2,
-        _ => 1,
-    }
+    let place = LEVELS.iter().position(|(own, _)| *own == level);
+    place.unwrap_or(0)
 }
 
 #[allow(clippy::float_cmp)] // the very number
@@ -337,7 +344,13 @@ struct Cell {
 }
 
 impl Cell {
-    fn row(self, group: usize, place: usize, delay_s: f64, runs: u64) -> Table10Row {
+    /// The smallest sizes found in the runs, by level of noise.
+    fn smallest(&self) -> [Option<&[f64]>; 3] {
+        let levels = self.levels.each_ref().map(Option::as_ref);
+        levels.map(|own| Some(own?.limit.smallest.as_slice()))
+    }
+
+    fn row(&self, group: usize, place: usize, delay_s: f64, runs: u64) -> Table10Row {
         let case = FaultCase::ALL[place];
         let paper = &paper::TABLE10[place];
         let finite = |size: f64| {

@@ -4,6 +4,7 @@ mod cells;
 mod cogeneration;
 mod contradictions;
 mod detection;
+mod detection_curves;
 mod effects;
 mod figures;
 mod html;
@@ -143,6 +144,7 @@ pub fn reproduce(
         &healthy_run,
         &fault_runs,
     ));
+    figures.extend(limits.figures);
     figures.extend(figures::load_reduction_figures(paper_records));
     let models = models.into_iter().next().unwrap_or_default();
     Ok(Reproduction {
