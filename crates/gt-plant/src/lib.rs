@@ -82,9 +82,11 @@ pub mod inputs;
 mod interval;
 pub mod lanes;
 pub mod linearise;
+mod live;
 mod local_model;
 pub mod maps;
 mod open_loop;
+mod operation;
 mod params;
 mod random;
 pub mod real;
@@ -113,6 +115,7 @@ pub use faults::{
     Shape, Step, Target,
 };
 pub use inputs::Inputs;
+pub use live::{LivePlant, LiveSample};
 pub use local_model::{local_model, longest_step_s};
 pub use open_loop::open_loop_model;
 pub use params::{DesignPoint, MapSet, PlantParameters};

@@ -134,7 +134,12 @@ impl Scenario {
 
     /// Refuses faults and noise of what the variant does not have.
     fn validate_places(&self) -> Result<(), PlantError> {
-        let faulty = self.faults.iter().filter_map(|fault| match fault.target {
+        self.validate_places_of(&self.faults)
+    }
+
+    /// As [`Self::validate_places`], of other faults.
+    pub(crate) fn validate_places_of(&self, faults: &[Fault]) -> Result<(), PlantError> {
+        let faulty = faults.iter().filter_map(|fault| match fault.target {
             Target::Sensor { channel, .. } => Some(("sensor of a fault", channel)),
             Target::Actuator {
                 actuator: ActuatorId::GuideVanes,
@@ -185,16 +190,7 @@ impl Scenario {
             .validate(&parameters.design, self.duration_s)?;
         self.disturbance.validate()?;
         self.noise.validate()?;
-        for (index, fault) in self.faults.iter().enumerate() {
-            let checked = fault
-                .validate()
-                .and_then(|()| fault.validate_by(self.duration_s));
-            checked.map_err(|cause| PlantError::Fault {
-                number: index + 1,
-                name: fault.target.name(),
-                cause: Box::new(cause),
-            })?;
-        }
+        Fault::validate_each(&self.faults, |fault| fault.validate_by(self.duration_s))?;
         Fault::validate_together(&self.faults)?;
         self.validate_places()
     }

@@ -151,19 +151,9 @@ pub(crate) fn finish(
     let hidden = path.y.rows(OUTPUTS, HIDDEN_CHANNELS.len()).into_owned();
     let (mut u, mut y) = (path.u.clone(), truth_y.clone());
     let (reference_u, reference_y) = healthy.map_or((&u, &y), |path| (&path.u, &path.y));
-    let basis = NoiseBasis {
-        // What moves in a plant at rest is rounding.
-        signals: if scenario.noise.is_share_of_signals() && scenario.excites() {
-            Deviations::of(reference_u, reference_y)
-        } else {
-            Deviations::zero()
-        },
-        design: if scenario.noise.is_share_of_design() {
-            design_values(parameters)?
-        } else {
-            Vec::new()
-        },
-    };
+    let basis = noise_basis(parameters, scenario, || {
+        Deviations::of(reference_u, reference_y)
+    })?;
     measure(
         [&mut u, &mut y],
         &scenario.faults,
@@ -191,6 +181,28 @@ pub(crate) fn finish(
         }),
         warnings,
         ended: path.ended,
+    })
+}
+
+/// What the noise of a scenario is measured by; `signals` gives the deviations of its healthy
+/// record, where they are asked for.
+pub(crate) fn noise_basis(
+    parameters: &PlantParameters,
+    scenario: &Scenario,
+    signals: impl FnOnce() -> Deviations,
+) -> Result<NoiseBasis, PlantError> {
+    Ok(NoiseBasis {
+        // What moves in a plant at rest is rounding.
+        signals: if scenario.noise.is_share_of_signals() && scenario.excites() {
+            signals()
+        } else {
+            Deviations::zero()
+        },
+        design: if scenario.noise.is_share_of_design() {
+            design_values(parameters)?
+        } else {
+            Vec::new()
+        },
     })
 }
 

@@ -9,7 +9,7 @@ use crate::faults::{ActuatorFault, FaultSizes};
 use crate::inputs::Inputs;
 use crate::interval::within;
 use crate::local_model::longest_step_s;
-use crate::recorder::STEP_MARGIN;
+use crate::operation::STEP_MARGIN;
 use crate::scenario::{MOST_SUBSTEPS, Scenario};
 use crate::state::State;
 use crate::{PlantError, PlantParameters, Profile, SAMPLE_TIME_S, Variant};

@@ -120,6 +120,25 @@ impl Fault {
         })
     }
 
+    /// Refuses faults that make no sense, or that `also` refuses.
+    ///
+    /// # Errors
+    /// [`PlantError::Fault`] with the number and name of the first such fault.
+    pub(crate) fn validate_each(
+        faults: &[Self],
+        also: impl Fn(&Self) -> Result<(), PlantError>,
+    ) -> Result<(), PlantError> {
+        for (index, fault) in faults.iter().enumerate() {
+            let checked = fault.validate().and_then(|()| also(fault));
+            checked.map_err(|cause| PlantError::Fault {
+                number: index + 1,
+                name: fault.target.name(),
+                cause: Box::new(cause),
+            })?;
+        }
+        Ok(())
+    }
+
     /// Refuses faults of a scenario that contradict each other.
     ///
     /// # Errors

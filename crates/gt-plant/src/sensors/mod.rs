@@ -10,4 +10,4 @@ pub use level::{NoiseLevel, NoiseScale};
 pub use noise::{ChannelNoise, Noise};
 
 pub(crate) use deviations::NoiseBasis;
-pub(crate) use reading::measure;
+pub(crate) use reading::{Sensor, measure};

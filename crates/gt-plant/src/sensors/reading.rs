@@ -39,7 +39,8 @@ pub(crate) fn measure(
 
 /// The sensor of one channel; see [`Mode`] for the order of its parts.
 #[derive(Debug, Clone)]
-struct Sensor {
+pub(crate) struct Sensor {
+    channel: Channel,
     effects: Vec<(Effect, Fault)>,
     lag: Option<Lag>,
     noise: Option<Coloured>,
@@ -61,47 +62,15 @@ enum Effect {
 }
 
 impl Sensor {
-    fn new(
+    /// The sensor of a channel before its first sample.
+    pub fn new(
         channel: Channel,
         faults: &[Fault],
         noise: &Noise,
         basis: &NoiseBasis,
         [seed, run_index]: [u64; 2],
     ) -> Self {
-        let effect = |(index, fault): (usize, &Fault)| {
-            let mode = match fault.target {
-                Target::Sensor { channel: of, mode } if of == channel => mode,
-                Target::Case(FaultCase::ThermocoupleDrift) if channel.name() == "t3" => Mode::Gain,
-                _ => return None,
-            };
-            let generator = || {
-                let purpose = Purpose::SensorFault {
-                    channel: channel.index(),
-                    spikes: matches!(mode, Mode::Spike { .. }),
-                    repeat: repeats(&faults[..index], fault),
-                };
-                stream(seed, run_index, purpose)
-            };
-            let effect = match mode {
-                Mode::Bias | Mode::Drift => Effect::Add,
-                Mode::Gain => Effect::Gain,
-                Mode::Stuck => Effect::Stuck,
-                Mode::Spike { spikes_per_h } => Effect::Spike {
-                    share: spike_share(spikes_per_h),
-                    generator: generator(),
-                },
-                Mode::Dropout => Effect::Dropout,
-                Mode::Noise => Effect::Noise {
-                    generator: generator(),
-                },
-                Mode::Lag => Effect::Lag,
-            };
-            Some((effect, fault.clone()))
-        };
-        let effects: Vec<_> = faults.iter().enumerate().filter_map(effect).collect();
-        let lags = effects
-            .iter()
-            .any(|(effect, _)| matches!(effect, Effect::Lag));
+        let effects = effects(channel, faults, [seed, run_index]);
         let deviation = basis.deviation(noise, channel);
         let own = noise.channel(channel);
         let purpose = match channel.row() {
@@ -109,8 +78,9 @@ impl Sensor {
             ChannelRow::Output(row) => Purpose::OutputNoise(row),
         };
         Self {
+            channel,
+            lag: lags(&effects).then(Lag::default),
             effects,
-            lag: lags.then(Lag::default),
             noise: (deviation > 0.0)
                 .then(|| Coloured::new(deviation, own.pole, stream(seed, run_index, purpose))),
             resolution: own.resolution,
@@ -123,8 +93,18 @@ impl Sensor {
         self.effects.is_empty() && self.noise.is_none() && self.resolution == 0.0
     }
 
+    /// Puts other faults in the place of those that it has; its noise goes on.
+    pub fn set_faults(&mut self, faults: &[Fault], key: [u64; 2]) {
+        self.effects = effects(self.channel, faults, key);
+        if !lags(&self.effects) {
+            self.lag = None;
+        } else if self.lag.is_none() {
+            self.lag = Some(Lag::default());
+        }
+    }
+
     /// The reading of a true value; to be called once a sample, in order.
-    fn read(&mut self, t_s: f64, truth: f64) -> f64 {
+    pub fn read(&mut self, t_s: f64, truth: f64) -> f64 {
         let (mut lag_s, mut gain_error, mut offset, mut extra) = (0.0, 0.0, 0.0, 0.0);
         let (mut stuck, mut lost) = (false, false);
         for (effect, fault) in &mut self.effects {
@@ -160,6 +140,52 @@ impl Sensor {
         }
         if lost { f64::NAN } else { reading }
     }
+}
+
+/// What those of `faults` that are of a channel do to its sensor.
+fn effects(
+    channel: Channel,
+    faults: &[Fault],
+    [seed, run_index]: [u64; 2],
+) -> Vec<(Effect, Fault)> {
+    let effect = |(index, fault): (usize, &Fault)| {
+        let mode = match fault.target {
+            Target::Sensor { channel: of, mode } if of == channel => mode,
+            Target::Case(FaultCase::ThermocoupleDrift) if channel.name() == "t3" => Mode::Gain,
+            _ => return None,
+        };
+        let generator = || {
+            let purpose = Purpose::SensorFault {
+                channel: channel.index(),
+                spikes: matches!(mode, Mode::Spike { .. }),
+                repeat: repeats(&faults[..index], fault),
+            };
+            stream(seed, run_index, purpose)
+        };
+        let effect = match mode {
+            Mode::Bias | Mode::Drift => Effect::Add,
+            Mode::Gain => Effect::Gain,
+            Mode::Stuck => Effect::Stuck,
+            Mode::Spike { spikes_per_h } => Effect::Spike {
+                share: spike_share(spikes_per_h),
+                generator: generator(),
+            },
+            Mode::Dropout => Effect::Dropout,
+            Mode::Noise => Effect::Noise {
+                generator: generator(),
+            },
+            Mode::Lag => Effect::Lag,
+        };
+        Some((effect, fault.clone()))
+    };
+    faults.iter().enumerate().filter_map(effect).collect()
+}
+
+/// Whether any of the effects is a lag.
+fn lags(effects: &[(Effect, Fault)]) -> bool {
+    effects
+        .iter()
+        .any(|(effect, _)| matches!(effect, Effect::Lag))
 }
 
 /// The nearest multiple of a resolution; the value itself where the resolution is 0.
