@@ -137,6 +137,29 @@ impl Setting {
         }
     }
 
+    /// The scenario of a run with given index and faults.
+    ///
+    /// # Errors
+    /// [`CampaignError`] when there is no profile of its name.
+    pub fn scenario(
+        &self,
+        run_index: u64,
+        faults: &[Fault],
+        duration_s: f64,
+    ) -> Result<Scenario, CampaignError> {
+        Ok(Scenario {
+            map_set: self.map_set,
+            duration_s,
+            profile: Profile::named(Variant::Prototype, PROFILE).during("profile")?,
+            boundary: self.boundary(),
+            noise: self.noise.clone(),
+            faults: faults.to_vec(),
+            seed: self.seed,
+            run_index,
+            ..Scenario::default()
+        })
+    }
+
     /// The measured records of runs with given indices and faults, on all cores, in order.
     ///
     /// # Errors
@@ -160,7 +183,6 @@ impl Setting {
         duration_s: f64,
         take: impl Fn(usize, Dataset) -> Result<T, CampaignError> + Sync,
     ) -> Result<Vec<T>, CampaignError> {
-        let profile = Profile::named(Variant::Prototype, PROFILE).during("profile")?;
         let plant = PlantParameters::for_maps(self.map_set);
         let (inputs, outputs) = (self.inputs(), self.outputs());
         let lanes = lanes_at_once();
@@ -170,18 +192,8 @@ impl Setting {
             .map(|(chunk, runs)| {
                 let scenarios: Vec<Scenario> = runs
                     .iter()
-                    .map(|(run_index, faults)| Scenario {
-                        map_set: self.map_set,
-                        duration_s,
-                        profile: profile.clone(),
-                        boundary: self.boundary(),
-                        noise: self.noise.clone(),
-                        faults: faults.clone(),
-                        seed: self.seed,
-                        run_index: *run_index,
-                        ..Scenario::default()
-                    })
-                    .collect();
+                    .map(|(run_index, faults)| self.scenario(*run_index, faults, duration_s))
+                    .collect::<Result<_, _>>()?;
                 let runs = simulate_batch(&plant, &scenarios).into_iter();
                 runs.enumerate()
                     .map(|(index, run)| {

@@ -121,6 +121,12 @@ impl IsolationDetector {
         self.core.verdict()
     }
 
+    /// The residuals of the last sample, in the order of [`Isolator::outputs`] and in their units;
+    /// NaN where an input or the output was missing.
+    pub fn residuals(&self) -> &[f64] {
+        self.core.residuals()
+    }
+
     /// Forgets all samples.
     pub fn reset(&mut self) {
         self.clock.reset();

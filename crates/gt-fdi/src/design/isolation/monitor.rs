@@ -197,6 +197,20 @@ impl IsolationMonitor {
         self.detector.verdict()
     }
 
+    /// As [`IsolationDetector::residuals`].
+    pub fn residuals(&self) -> &[f64] {
+        self.detector.residuals()
+    }
+
+    /// Forgets all samples; an alarm that was up is no longer, without an event.
+    pub fn reset(&mut self) {
+        self.detector.reset();
+        self.events.clear();
+        (self.up, self.name, self.due_s) = (false, Finding::Undecided, f64::INFINITY);
+        self.contrary = 0;
+        self.last = None;
+    }
+
     /// The name that stands while an alarm is up.
     pub fn name(&self) -> Option<Finding> {
         self.up.then_some(self.name)

@@ -230,6 +230,11 @@ impl Core {
         &self.verdict
     }
 
+    /// The residuals of the last sample, not whitened; NaN where something was missing.
+    pub(crate) fn residuals(&self) -> &[f64] {
+        &self.residuals
+    }
+
     /// The oldest residuals that wait, with what the drives say of the same time.
     fn collect(&mut self, u: &[f64]) -> bool {
         let Some(waiting) = self.waiting.get(self.next_waiting) else {
