@@ -76,6 +76,7 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Detect(args) => commands::detect::run(&args, global),
         Command::Reproduce(args) => commands::reproduce::run(&args, global),
         Command::Campaign(args) => commands::campaign::run(&args, global),
+        Command::Serve(args) => commands::serve::run(&args, global),
         Command::Data(DataCommand::Check(args)) => commands::data_check::run(&args, global),
         Command::Model(ModelCommand::Show { file }) => commands::model::show(&file, global),
         Command::Model(ModelCommand::Check(args)) => commands::model::check(&args, global),

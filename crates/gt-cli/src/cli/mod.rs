@@ -10,6 +10,7 @@ mod detect;
 mod identify;
 mod log;
 mod model;
+mod serve;
 mod simulate;
 
 use std::collections::BTreeSet;
@@ -31,6 +32,7 @@ pub use detect::{DetectArgs, FailOn};
 pub use identify::{Criterion, ErrorModel, IdentifyArgs, LeastSquaresSolver, Method, Structure};
 pub use log::{ExportArgs, LogCommand, RecoverArgs, TimeFormat};
 pub use model::{CheckArgs, ModelCommand};
+pub use serve::{LogFormat, LogLevel, ServeArgs};
 pub use simulate::SimulateArgs;
 
 /// The largest integer of a TOML file, and so of an option.
@@ -127,6 +129,8 @@ pub enum Command {
     Reproduce(ReproduceArgs),
     /// Run many records with drawn faults and say how they are detected
     Campaign(CampaignArgs),
+    /// Watch machines: readings in, alarms out, and a page to see them on
+    Serve(ServeArgs),
     /// Look into tables of data
     #[command(subcommand)]
     Data(DataCommand),

@@ -11,6 +11,7 @@ pub mod log;
 pub mod model;
 mod noise;
 pub mod reproduce;
+pub mod serve;
 pub mod shell;
 pub mod simulate;
 

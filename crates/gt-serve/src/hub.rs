@@ -1,0 +1,293 @@
+//! What all parts of the service share.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use tokio::sync::broadcast;
+
+use crate::clock::now_ns;
+use crate::error::ServeError;
+use crate::journal::Journal;
+use crate::metrics::{Metrics, count};
+use crate::pipeline::{Alarm, AlarmEvent, Band, Machine, MachineState, Reading, Sample};
+use crate::queue::Queue;
+
+/// Frames and events that a slow listener may fall behind.
+const FRAMES: usize = 1024;
+const EVENTS: usize = 4096;
+
+/// Readings of one machine that came together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Batch {
+    /// Place of the machine.
+    pub machine: usize,
+    /// When they came, in nanoseconds since 1970.
+    pub arrived_ns: i64,
+    /// The readings.
+    pub readings: Vec<Reading>,
+}
+
+/// The values of a machine since the frame before.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Frame {
+    /// The machine.
+    pub machine: String,
+    /// Time of the last sample in milliseconds since 1970.
+    pub time_ms: i64,
+    /// Least and largest value of each series.
+    pub series: Vec<Band>,
+}
+
+/// What a machine's log is written from.
+#[derive(Debug, Clone)]
+pub enum Recorded {
+    /// A sample with what was made of it.
+    Sample {
+        /// The machine.
+        machine: usize,
+        /// The sample.
+        sample: Sample,
+        /// Its residuals.
+        residuals: Vec<f64>,
+        /// Its statistics.
+        statistics: Vec<f64>,
+    },
+    /// Something that happened to an alarm.
+    Event {
+        /// The machine.
+        machine: usize,
+        /// What.
+        event: Box<AlarmEvent>,
+    },
+}
+
+/// A machine with where it comes from.
+pub struct Cell {
+    /// Its name.
+    pub name: String,
+    /// The file of its detector; `None` for the built-in one.
+    pub detector_file: Option<PathBuf>,
+    /// What its sources call its tags.
+    pub aliases: HashMap<String, String>,
+    /// Place of each tag.
+    pub places: HashMap<String, usize>,
+    /// The worker that judges it.
+    pub worker: usize,
+    machine: Mutex<Machine>,
+    /// SHA-256 of its detector.
+    sha256: Mutex<String>,
+}
+
+impl Cell {
+    /// A machine of a detector in JSON of this text.
+    pub fn new(
+        machine: Machine,
+        detector_file: Option<PathBuf>,
+        aliases: HashMap<String, String>,
+        detector_text: &[u8],
+        worker: usize,
+    ) -> Self {
+        let tags = machine.tags().enumerate();
+        Self {
+            name: machine.name().to_owned(),
+            places: tags.map(|(place, tag)| (tag.to_owned(), place)).collect(),
+            detector_file,
+            aliases,
+            worker,
+            machine: Mutex::new(machine),
+            sha256: Mutex::new(digest(detector_text)),
+        }
+    }
+
+    /// The machine, for as short as can be.
+    pub fn lock(&self) -> MutexGuard<'_, Machine> {
+        self.machine.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// SHA-256 of its detector.
+    pub fn sha256(&self) -> String {
+        let own = self.sha256.lock().unwrap_or_else(PoisonError::into_inner);
+        own.clone()
+    }
+
+    /// The place of a tag, by the name that its source gives it.
+    pub fn place(&self, tag: &str) -> Option<usize> {
+        let own = self.aliases.get(tag).map_or(tag, String::as_str);
+        self.places.get(own).copied()
+    }
+
+    /// Puts the detector of its file in the place of the one it has.
+    ///
+    /// # Errors
+    /// [`ServeError`] when the file does not fit; the machine goes on as it was.
+    pub fn reload(&self) -> Result<String, ServeError> {
+        let Some(path) = &self.detector_file else {
+            return Err(ServeError::option(
+                format!("machine `{}`", self.name),
+                "a detector from a file",
+                "the built-in one",
+            ));
+        };
+        let text = std::fs::read(path).map_err(|cause| ServeError::io("read", path, &cause))?;
+        let detector = gt_log::DetectorFile::read(path)?;
+        let reloaded = self.lock().reload(&detector);
+        reloaded.map_err(|cause| ServeError::Machine {
+            machine: self.name.clone(),
+            cause,
+        })?;
+        let sha256 = digest(&text);
+        let mut own = self.sha256.lock().unwrap_or_else(PoisonError::into_inner);
+        own.clone_from(&sha256);
+        Ok(sha256)
+    }
+}
+
+fn digest(bytes: &[u8]) -> String {
+    let digest = Sha256::digest(bytes);
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// All of it.
+pub struct Hub {
+    /// The machines.
+    pub cells: Vec<Cell>,
+    /// A queue for each worker.
+    pub queues: Vec<Queue<Batch>>,
+    /// The counters.
+    pub metrics: Metrics,
+    /// To the log, where there is one.
+    pub recorder: Option<Queue<Recorded>>,
+    /// When it started, in milliseconds since 1970.
+    pub started_ms: i64,
+    by_name: HashMap<String, usize>,
+    journal: Mutex<Journal>,
+    /// What happens to alarms, for whoever listens.
+    events: broadcast::Sender<Arc<AlarmEvent>>,
+    /// Values of machines, for pages that are open.
+    frames: broadcast::Sender<Arc<Frame>>,
+    stopping: AtomicBool,
+}
+
+impl Hub {
+    /// A hub of machines.
+    pub fn new(
+        cells: Vec<Cell>,
+        queues: Vec<Queue<Batch>>,
+        journal: Journal,
+        recorder: Option<Queue<Recorded>>,
+    ) -> Self {
+        let names = cells.iter().enumerate();
+        Self {
+            by_name: names
+                .map(|(place, cell)| (cell.name.clone(), place))
+                .collect(),
+            cells,
+            queues,
+            metrics: Metrics::default(),
+            recorder,
+            started_ms: now_ns() / 1_000_000,
+            journal: Mutex::new(journal),
+            events: broadcast::channel(EVENTS).0,
+            frames: broadcast::channel(FRAMES).0,
+            stopping: AtomicBool::new(false),
+        }
+    }
+
+    /// The place of a machine.
+    pub fn machine(&self, name: &str) -> Option<usize> {
+        self.by_name.get(name).copied()
+    }
+
+    /// The journal, for as short as can be.
+    pub fn journal(&self) -> MutexGuard<'_, Journal> {
+        self.journal.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes readings; false when the service stops.
+    pub fn offer(&self, batch: Batch) -> bool {
+        let readings = batch.readings.len() as u64;
+        self.metrics.readings.fetch_add(readings, Ordering::Relaxed);
+        let worker = self.cells.get(batch.machine).map(|cell| cell.worker);
+        let queue = worker.and_then(|worker| self.queues.get(worker));
+        queue.is_some_and(|queue| queue.push(batch))
+    }
+
+    /// Writes what happened to the alarms of a machine, which is locked, to the journal, and then
+    /// tells of it.
+    pub fn commit(&self, place: usize, machine: &mut Machine) {
+        for event in machine.take_events() {
+            let written = self.journal().append(&event);
+            if let Err(error) = written {
+                count(&self.metrics.journal_errors);
+                tracing::error!(%error, alarm = event.alarm.id, "the journal");
+            }
+            tracing::info!(
+                machine = event.alarm.machine,
+                alarm = event.alarm.id,
+                event = ?event.event,
+                fault = event.alarm.fault,
+                text = event.text,
+                "alarm"
+            );
+            let event = Box::new(event);
+            if let Some(recorder) = &self.recorder {
+                recorder.push(Recorded::Event {
+                    machine: place,
+                    event: event.clone(),
+                });
+            }
+            // Nobody may listen.
+            let _ = self.events.send(Arc::new(*event));
+        }
+    }
+
+    /// Shows values to the pages that are open.
+    pub fn show(&self, frame: Frame) {
+        let _ = self.frames.send(Arc::new(frame));
+    }
+
+    /// Whether a page is open.
+    pub fn is_seen(&self) -> bool {
+        self.frames.receiver_count() > 0
+    }
+
+    /// To hear all that happens to alarms from now on.
+    pub fn events(&self) -> broadcast::Receiver<Arc<AlarmEvent>> {
+        self.events.subscribe()
+    }
+
+    /// To see all values from now on.
+    pub fn frames(&self) -> broadcast::Receiver<Arc<Frame>> {
+        self.frames.subscribe()
+    }
+
+    /// Asks everything to stop.
+    pub fn stop(&self) {
+        self.stopping.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether everything is to stop.
+    pub fn is_stopping(&self) -> bool {
+        self.stopping.load(Ordering::SeqCst)
+    }
+
+    /// The open alarms of all machines.
+    pub fn open_alarms(&self) -> Vec<Alarm> {
+        let mut open = Vec::new();
+        for cell in &self.cells {
+            open.extend(cell.lock().alarms().open().cloned());
+        }
+        open
+    }
+
+    /// Whether every machine has had a sample and none is silent.
+    pub fn is_ready(&self) -> bool {
+        let now_ns = now_ns();
+        let mut states = self.cells.iter().map(|cell| cell.lock().state(now_ns));
+        states.all(|state| !matches!(state, MachineState::NoData | MachineState::Stale))
+    }
+}

@@ -1,0 +1,145 @@
+//! The recent past of a machine in buckets of least and largest values.
+
+use std::collections::VecDeque;
+
+/// The least and largest value of a bucket; `None` where there was none.
+pub type Band = Option<[f64; 2]>;
+
+/// A ring of buckets of all series of a machine.
+#[derive(Debug, Clone)]
+pub struct Trend {
+    bucket_ms: i64,
+    capacity: usize,
+    series: usize,
+    buckets: VecDeque<(i64, Vec<Band>)>,
+}
+
+impl Trend {
+    /// `capacity` buckets of `bucket_ms` milliseconds.
+    pub fn new(series: usize, bucket_ms: i64, capacity: usize) -> Self {
+        Self {
+            bucket_ms: bucket_ms.max(1),
+            capacity: capacity.max(1),
+            series,
+            buckets: VecDeque::new(),
+        }
+    }
+
+    /// Takes the values of a time; values that are not finite leave no trace.
+    pub fn push(&mut self, time_ms: i64, values: impl Iterator<Item = f64>) {
+        let start_ms = time_ms.div_euclid(self.bucket_ms) * self.bucket_ms;
+        let is_new = self
+            .buckets
+            .back()
+            .is_none_or(|(last_ms, _)| *last_ms != start_ms);
+        if is_new {
+            // After a clock was set back the past is another's.
+            if self
+                .buckets
+                .back()
+                .is_some_and(|(last_ms, _)| *last_ms > start_ms)
+            {
+                self.buckets.clear();
+            }
+            let mut bands = if self.buckets.len() >= self.capacity {
+                self.buckets
+                    .pop_front()
+                    .map_or_else(Vec::new, |(_, bands)| bands)
+            } else {
+                Vec::new()
+            };
+            bands.clear();
+            bands.resize(self.series, None);
+            self.buckets.push_back((start_ms, bands));
+        }
+        if let Some((_, bands)) = self.buckets.back_mut() {
+            for (band, value) in bands.iter_mut().zip(values) {
+                *band = join(*band, value.is_finite().then_some([value, value]));
+            }
+        }
+    }
+
+    /// At most `points` buckets of the last `seconds`: their common length in milliseconds, their
+    /// times, and the bands of each series.
+    pub fn last(&self, seconds: f64, points: usize) -> (i64, Vec<i64>, Vec<Vec<Band>>) {
+        let Some((newest_ms, _)) = self.buckets.back() else {
+            return (self.bucket_ms, Vec::new(), vec![Vec::new(); self.series]);
+        };
+        #[allow(clippy::cast_possible_truncation)] // saturates
+        let from_ms = newest_ms.saturating_sub((seconds * 1e3) as i64);
+        let held = self
+            .buckets
+            .partition_point(|(time_ms, _)| *time_ms < from_ms);
+        let count = (newest_ms - from_ms.max(self.buckets[held].0)) / self.bucket_ms + 1;
+        let per = (count.unsigned_abs() as usize)
+            .div_ceil(points.max(1))
+            .max(1) as i64;
+        let width_ms = per * self.bucket_ms;
+        let mut times: Vec<i64> = Vec::new();
+        let mut bands: Vec<Vec<Band>> = vec![Vec::new(); self.series];
+        for (time_ms, own) in self.buckets.iter().skip(held) {
+            let start_ms = time_ms.div_euclid(width_ms) * width_ms;
+            if times.last() == Some(&start_ms) {
+                for (all, band) in bands.iter_mut().zip(own) {
+                    if let Some(last) = all.last_mut() {
+                        *last = join(*last, *band);
+                    }
+                }
+            } else {
+                times.push(start_ms);
+                for (all, band) in bands.iter_mut().zip(own) {
+                    all.push(*band);
+                }
+            }
+        }
+        (width_ms, times, bands)
+    }
+}
+
+fn join(one: Band, other: Band) -> Band {
+    match (one, other) {
+        (Some([low, high]), Some([least, largest])) => Some([low.min(least), high.max(largest)]),
+        (one, other) => one.or(other),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// However buckets are joined, the least and largest of all are kept, in time's order.
+        #[test]
+        fn prop_nothing_is_lost_by_joining(
+            values in proptest::collection::vec(-1e3..1e3f64, 1..300), points in 1..50_usize,
+        ) {
+            let mut trend = Trend::new(1, 100, 1000);
+            for (k, value) in values.iter().enumerate() {
+                trend.push(80 * k as i64, [*value].into_iter());
+            }
+            let (width_ms, times, bands) = trend.last(1e6, points);
+            // One more where the first is not on the joined grid.
+            prop_assert!(times.len() <= points + 1);
+            prop_assert!(times.windows(2).all(|pair| pair[1] - pair[0] >= width_ms));
+            let low = bands[0].iter().flatten().map(|band| band[0]).fold(f64::MAX, f64::min);
+            let high = bands[0].iter().flatten().map(|band| band[1]).fold(f64::MIN, f64::max);
+            prop_assert_eq!(low, values.iter().copied().fold(f64::MAX, f64::min));
+            prop_assert_eq!(high, values.iter().copied().fold(f64::MIN, f64::max));
+        }
+    }
+
+    #[test]
+    fn no_more_is_kept_than_asked() {
+        let mut trend = Trend::new(2, 100, 10);
+        for k in 0..1000 {
+            trend.push(100 * k, [k as f64, f64::NAN].into_iter());
+        }
+        let (_, times, bands) = trend.last(1e6, 1000);
+        assert_eq!(times, (990..1000).map(|k| 100 * k).collect::<Vec<i64>>());
+        assert_eq!(bands[0][0], Some([990.0, 990.0]));
+        assert!(bands[1].iter().all(Option::is_none));
+        let (width_ms, times, _) = trend.last(0.45, 2);
+        assert_eq!((width_ms, times), (300, vec![99_300, 99_600, 99_900]));
+    }
+}

@@ -1,0 +1,197 @@
+//! Logs of all that comes and is said, a folder a machine.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use gt_log::{
+    JsonTopicHead, LogError, LogHead, RotatingLog, RotationOptions, RunMetadata, TopicHead,
+};
+use gtfdi::core::Signal;
+use serde_json::json;
+
+use crate::clock::now_ns;
+use crate::config::RecorderConfig;
+use crate::error::ServeError;
+use crate::hub::{Hub, Recorded};
+use crate::metrics::count;
+use crate::pipeline::{AlarmEvent, Quality, Sample};
+use crate::queue::Popped;
+
+/// How often logs are flushed and old ones removed.
+const FLUSH: Duration = Duration::from_secs(5);
+/// How often the time of the last flush is looked at.
+const PATIENCE: Duration = Duration::from_millis(500);
+/// Failed writes that are shown; all are counted.
+const SHOWN: u32 = 10;
+
+/// Numbers of the topics of a machine's log.
+const MEASURED: usize = 0;
+const QUALITY: usize = 1;
+const RESIDUAL: usize = 2;
+const STATISTIC: usize = 3;
+
+/// The logs of all machines.
+pub struct Recorder {
+    logs: Vec<RotatingLog>,
+    shown: u32,
+}
+
+impl Recorder {
+    /// Logs below the folder of the configuration, which is made where it is not there.
+    ///
+    /// # Errors
+    /// [`ServeError`] when a folder cannot be made or an option makes no sense.
+    pub fn new(hub: &Hub, config: &RecorderConfig) -> Result<Self, ServeError> {
+        let mut logs = Vec::new();
+        for cell in &hub.cells {
+            let folder = config.folder.join(&cell.name);
+            std::fs::create_dir_all(&folder)
+                .map_err(|cause| ServeError::io("make", &folder, &cause))?;
+            let machine = cell.lock();
+            let watch = machine.watch();
+            let period_s = watch.sample_time_s();
+            let signals: Vec<Signal> = watch
+                .inputs()
+                .iter()
+                .chain(watch.outputs())
+                .cloned()
+                .collect();
+            let topic = |topic: String, message: &str, fields: Vec<Signal>| TopicHead {
+                topic,
+                message: message.to_owned(),
+                fields,
+                sample_period_s: period_s,
+                asset: cell.name.clone(),
+            };
+            let tags: Vec<String> = signals.iter().map(|signal| signal.name.clone()).collect();
+            let fdi = |what: &str| format!("/fdi/{}/{what}", watch.name());
+            let head = LogHead {
+                run: RunMetadata::default(),
+                attachments: Vec::new(),
+                topics: vec![
+                    topic("/plant/measured".to_owned(), "Measured", signals),
+                    topic("/plant/quality".to_owned(), "Quality", Signal::named(&tags)),
+                    topic(fdi("residual"), "Residual", watch.outputs().to_vec()),
+                    topic(
+                        fdi("statistic"),
+                        "Statistic",
+                        Signal::named(watch.statistic_names()),
+                    ),
+                ],
+                json_topics: vec![JsonTopicHead {
+                    topic: "/alarms".to_owned(),
+                    message: "AlarmEvent".to_owned(),
+                    schema: json!({"type": "object"}),
+                    asset: cell.name.clone(),
+                }],
+            };
+            let options = RotationOptions {
+                stem: "machine".to_owned(),
+                span_s: config.span_s,
+                max_bytes: config.max_bytes,
+                keep_s: config.keep_s,
+                keep_bytes: config.keep_bytes,
+                ..RotationOptions::new(folder)
+            };
+            logs.push(RotatingLog::create(options, head)?);
+        }
+        Ok(Self { logs, shown: 0 })
+    }
+
+    /// Writes what comes until the queue is closed and empty.
+    pub fn run(mut self, hub: &Arc<Hub>) {
+        let Some(queue) = &hub.recorder else {
+            return;
+        };
+        let mut flushed = Instant::now();
+        loop {
+            match queue.pop(PATIENCE) {
+                Popped::Item(Recorded::Sample {
+                    machine,
+                    sample,
+                    residuals,
+                    statistics,
+                }) => {
+                    let written = self.sample(machine, &sample, &residuals, &statistics);
+                    self.note(hub, written);
+                }
+                Popped::Item(Recorded::Event { machine, event }) => {
+                    let written = self.event(machine, &event);
+                    self.note(hub, written);
+                }
+                Popped::Nothing => {}
+                Popped::Closed => break,
+            }
+            if flushed.elapsed() >= FLUSH {
+                flushed = Instant::now();
+                let now_ns = u64::try_from(now_ns()).unwrap_or(0);
+                for machine in 0..self.logs.len() {
+                    let ticked = self.logs[machine].tick(now_ns);
+                    self.note(hub, ticked);
+                }
+            }
+        }
+        for log in std::mem::take(&mut self.logs) {
+            let finished = log.finish();
+            self.note(hub, finished);
+        }
+    }
+
+    fn sample(
+        &mut self,
+        machine: usize,
+        sample: &Sample,
+        residuals: &[f64],
+        statistics: &[f64],
+    ) -> Result<(), LogError> {
+        let Some(log) = self.logs.get_mut(machine) else {
+            return Ok(());
+        };
+        let time_ns = u64::try_from(sample.time_ns).unwrap_or(0);
+        let values = |of: &[f64]| of.iter().copied().map(Some).collect::<Vec<_>>();
+        log.write(MEASURED, time_ns, &values(&sample.values))?;
+        // Good where nothing is said.
+        if sample
+            .qualities
+            .iter()
+            .any(|quality| *quality != Quality::Good)
+        {
+            let codes: Vec<Option<f64>> = sample
+                .qualities
+                .iter()
+                .map(|quality| Some(code(*quality)))
+                .collect();
+            log.write(QUALITY, time_ns, &codes)?;
+        }
+        log.write(RESIDUAL, time_ns, &values(residuals))?;
+        log.write(STATISTIC, time_ns, &values(statistics))
+    }
+
+    fn event(&mut self, machine: usize, event: &AlarmEvent) -> Result<(), LogError> {
+        let time_ns = u64::try_from(event.time_ms.saturating_mul(1_000_000)).unwrap_or(0);
+        let log = self.logs.get_mut(machine);
+        log.map_or(Ok(()), |log| log.write_json(0, time_ns, event))
+    }
+
+    /// A failed write is counted and shown; the service goes on.
+    fn note(&mut self, hub: &Hub, written: Result<(), LogError>) {
+        if let Err(error) = written {
+            count(&hub.metrics.recorder_errors);
+            self.shown += 1;
+            if self.shown <= SHOWN {
+                tracing::error!(%error, "the recorder");
+            }
+        }
+    }
+}
+
+/// The number of a quality in the log.
+fn code(quality: Quality) -> f64 {
+    match quality {
+        Quality::Good => 0.0,
+        Quality::Uncertain => 1.0,
+        Quality::Bad => 2.0,
+        Quality::Stale => 3.0,
+        Quality::Interpolated => 4.0,
+    }
+}

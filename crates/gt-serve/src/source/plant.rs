@@ -1,0 +1,187 @@
+//! The embedded turbine.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use gt_campaign::isolation::{Ambient, Setting};
+use gtfdi::plant::{Fault, LivePlant, MapSet, NoiseLevel, PlantError, SAMPLE_TIME_S, Variant};
+use serde::{Deserialize, Serialize};
+
+use crate::clock::now_ns;
+use crate::config::PlantConfig;
+use crate::error::ServeError;
+use crate::hub::{Batch, Hub};
+use crate::pipeline::{Quality, Reading};
+
+/// Length of the record that the plant's noise is scaled by: it is given in units.
+const REFERENCE_S: f64 = 60.0;
+/// Run index of the plant's movements: not one of those that its detector was made from.
+const RUN_INDEX: u64 = 1_000_000;
+/// How often a sleeping plant looks whether to stop.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+/// The embedded turbine with its faults, for who runs it and who injects them.
+pub struct EmbeddedPlant {
+    /// Place of its machine.
+    pub machine: usize,
+    config: PlantConfig,
+    live: Mutex<LivePlant>,
+    /// Time of its sample at 0 s, ns.
+    origin_ns: Mutex<i64>,
+}
+
+/// A fault that is active or will be.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ActiveFault {
+    /// Its name.
+    pub case: String,
+    /// When it began, in milliseconds since 1970.
+    pub onset_ms: i64,
+    /// Its size now.
+    pub size: f64,
+    /// Unit of the size.
+    pub unit: String,
+}
+
+impl EmbeddedPlant {
+    /// The turbine before its first sample: compressor maps and noise of the paper.
+    ///
+    /// # Errors
+    /// [`ServeError`] when it cannot be started.
+    pub fn new(machine: usize, config: &PlantConfig) -> Result<Self, ServeError> {
+        let setting = Setting::new(
+            MapSet::Paper,
+            NoiseLevel::Table8,
+            Ambient::Constant,
+            config.seed,
+        );
+        let setting = setting.map_err(|cause| {
+            ServeError::option("plant", "a plant that can be simulated", cause.to_string())
+        })?;
+        let scenario = setting
+            .scenario(RUN_INDEX, &[], REFERENCE_S)
+            .map_err(|cause| {
+                ServeError::option("plant", "a plant that can be simulated", cause.to_string())
+            })?;
+        Ok(Self {
+            machine,
+            config: config.clone(),
+            live: Mutex::new(LivePlant::start(&scenario)?),
+            origin_ns: Mutex::new(now_ns()),
+        })
+    }
+
+    /// The faults that there are.
+    pub fn faults(&self) -> Vec<ActiveFault> {
+        let live = self.live.lock().unwrap_or_else(PoisonError::into_inner);
+        let origin_ns = *self
+            .origin_ns
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        let now_s = live.next_time_s();
+        let faults = live.faults().iter();
+        faults
+            .map(|fault| ActiveFault {
+                case: fault.target.name(),
+                #[allow(clippy::cast_possible_truncation)] // saturates
+                onset_ms: (origin_ns as f64 / 1e6 + fault.onset_s * 1e3 / self.config.speed) as i64,
+                size: fault.magnitude(now_s),
+                unit: fault.unit().to_owned(),
+            })
+            .collect()
+    }
+
+    /// Adds a fault whose onset is so many seconds of the plant from its next sample.
+    ///
+    /// # Errors
+    /// [`PlantError`] when it makes no sense beside the others; nothing is changed then.
+    pub fn inject(&self, mut fault: Fault) -> Result<(), PlantError> {
+        let mut live = self.live.lock().unwrap_or_else(PoisonError::into_inner);
+        let now_s = live.next_time_s();
+        fault.onset_s += now_s;
+        fault.end_s = fault.end_s.map(|end_s| end_s + now_s);
+        let mut faults = live.faults().to_vec();
+        faults.push(fault);
+        live.set_faults(faults)
+    }
+
+    /// Takes all faults away.
+    ///
+    /// # Errors
+    /// None.
+    pub fn repair(&self) -> Result<(), PlantError> {
+        let mut live = self.live.lock().unwrap_or_else(PoisonError::into_inner);
+        live.set_faults(Vec::new())
+    }
+
+    /// Runs it in the time of the clock until the service stops. A plant that leaves the range in
+    /// which its model means something stands still, which the page shows as silence, until its
+    /// faults are taken away: then it is started again.
+    pub fn run(self: &Arc<Self>, hub: &Arc<Hub>) {
+        let Some(cell) = hub.cells.get(self.machine) else {
+            return;
+        };
+        let variant = Variant::Prototype;
+        let names = variant
+            .input_channels()
+            .iter()
+            .chain(variant.output_channels());
+        let places: Vec<Option<usize>> = names.map(|channel| cell.place(channel.0)).collect();
+        let period_ns = SAMPLE_TIME_S * 1e9 / self.config.speed;
+        let started = Instant::now();
+        let origin_ns = now_ns();
+        *self
+            .origin_ns
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner) = origin_ns;
+        let mut ended = false;
+        let mut k = 0.0;
+        while !hub.is_stopping() {
+            let due = Duration::from_secs_f64(k * period_ns * 1e-9);
+            let early = due.saturating_sub(started.elapsed());
+            if !early.is_zero() {
+                thread::sleep(early.min(PATIENCE));
+                continue;
+            }
+            let mut readings = Vec::with_capacity(places.len());
+            {
+                let mut live = self.live.lock().unwrap_or_else(PoisonError::into_inner);
+                // The samples of the plant keep their own period: a plant that runs faster lives in
+                // a time of its own that begins now.
+                #[allow(clippy::cast_possible_truncation)] // of a time since 1970
+                let time_ns = origin_ns + (k * SAMPLE_TIME_S * 1e9).round() as i64;
+                match live.sample() {
+                    Ok(sample) => {
+                        ended = false;
+                        let values = sample.u.iter().chain(&sample.y);
+                        for (place, value) in places.iter().zip(values) {
+                            if let Some(tag) = *place {
+                                readings.push(Reading {
+                                    tag,
+                                    time_ns,
+                                    value: *value,
+                                    quality: Quality::Good,
+                                });
+                            }
+                        }
+                    }
+                    Err(cause) if !ended => {
+                        ended = true;
+                        tracing::warn!(%cause, "the embedded turbine stands still");
+                    }
+                    Err(_) => {}
+                }
+            }
+            k += 1.0;
+            let batch = Batch {
+                machine: self.machine,
+                arrived_ns: now_ns(),
+                readings,
+            };
+            if !batch.readings.is_empty() && !hub.offer(batch) {
+                return;
+            }
+        }
+    }
+}
