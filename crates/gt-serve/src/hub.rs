@@ -2,14 +2,14 @@
 
 use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use gt_log::sha256_hex;
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 use tokio::sync::broadcast;
 
-use crate::clock::now_ns;
+use crate::clock::{now_ms, now_ns};
 use crate::error::ServeError;
 use crate::journal::Journal;
 use crate::metrics::{Metrics, count};
@@ -99,7 +99,7 @@ impl Cell {
             aliases,
             worker,
             machine: Mutex::new(machine),
-            sha256: Mutex::new(digest(detector_text)),
+            sha256: Mutex::new(sha256_hex(detector_text)),
         }
     }
 
@@ -139,16 +139,11 @@ impl Cell {
             machine: self.name.clone(),
             cause,
         })?;
-        let sha256 = digest(&text);
+        let sha256 = sha256_hex(&text);
         let mut own = self.sha256.lock().unwrap_or_else(PoisonError::into_inner);
         own.clone_from(&sha256);
         Ok(sha256)
     }
-}
-
-fn digest(bytes: &[u8]) -> String {
-    let digest = Sha256::digest(bytes);
-    digest.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// All of it.
@@ -163,6 +158,8 @@ pub struct Hub {
     pub recorder: Option<Queue<Recorded>>,
     /// When it started, in milliseconds since 1970.
     pub started_ms: i64,
+    /// When each worker was last seen at work, in milliseconds since 1970.
+    beats: Vec<AtomicI64>,
     by_name: HashMap<String, usize>,
     journal: Mutex<Journal>,
     /// What happens to alarms, for whoever listens.
@@ -185,11 +182,12 @@ impl Hub {
             by_name: names
                 .map(|(place, cell)| (cell.name.clone(), place))
                 .collect(),
+            beats: queues.iter().map(|_| AtomicI64::new(now_ms())).collect(),
             cells,
             queues,
             metrics: Metrics::default(),
             recorder,
-            started_ms: now_ns() / 1_000_000,
+            started_ms: now_ms(),
             journal: Mutex::new(journal),
             events: broadcast::channel(EVENTS).0,
             frames: broadcast::channel(FRAMES).0,
@@ -263,6 +261,20 @@ impl Hub {
     /// To see all values from now on.
     pub fn frames(&self) -> broadcast::Receiver<Arc<Frame>> {
         self.frames.subscribe()
+    }
+
+    /// A worker is at work.
+    pub fn beat(&self, worker: usize) {
+        if let Some(beat) = self.beats.get(worker) {
+            beat.store(now_ms(), Ordering::Relaxed);
+        }
+    }
+
+    /// Whether all workers have been at work within the last so many milliseconds.
+    pub fn is_alive(&self, within_ms: i64) -> bool {
+        let oldest_ms = now_ms() - within_ms;
+        let mut beats = self.beats.iter();
+        beats.all(|beat| beat.load(Ordering::Relaxed) >= oldest_ms)
     }
 
     /// Asks everything to stop.

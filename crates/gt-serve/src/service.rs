@@ -38,6 +38,8 @@ const RECORDED: usize = 65_536;
 const GRACE: Duration = Duration::from_secs(2);
 /// How long a connection may take to send its first request.
 const FIRST_REQUEST: Duration = Duration::from_secs(10);
+/// How long a worker may be at one message before the watchdog is no longer answered, ms.
+const ALIVE_MS: i64 = 5000;
 /// How often a signal is answered to the system's watchdog, at most.
 const PATIENCE: Duration = Duration::from_millis(200);
 
@@ -279,21 +281,17 @@ fn build(config: &ServeConfig) -> Result<(Hub, Option<Arc<EmbeddedPlant>>), Serv
 }
 
 fn read_detector(file: Option<&Path>) -> Result<(DetectorFile, Vec<u8>), ServeError> {
-    match file {
-        Some(path) => {
-            let text = std::fs::read(path).map_err(|cause| ServeError::io("read", path, &cause))?;
-            Ok((DetectorFile::read(path)?, text))
-        }
-        None => {
-            let isolator = serde_json::from_str(TURBINE_DETECTOR);
-            let isolator = isolator.map_err(|cause| ServeError::Config {
-                path: "the built-in detector".into(),
-                cause: cause.to_string(),
-            })?;
-            let text = TURBINE_DETECTOR.as_bytes().to_vec();
-            Ok((DetectorFile::Isolator(Box::new(isolator)), text))
-        }
+    if let Some(path) = file {
+        let text = std::fs::read(path).map_err(|cause| ServeError::io("read", path, &cause))?;
+        return Ok((DetectorFile::read(path)?, text));
     }
+    let isolator = serde_json::from_str(TURBINE_DETECTOR);
+    let isolator = isolator.map_err(|cause| ServeError::Config {
+        path: "the built-in detector".into(),
+        cause: cause.to_string(),
+    })?;
+    let text = TURBINE_DETECTOR.as_bytes().to_vec();
+    Ok((DetectorFile::Isolator(Box::new(isolator)), text))
 }
 
 fn start_sources(
@@ -367,21 +365,20 @@ fn run_http(
             tokio::spawn(publisher.run(Arc::clone(&hub)));
         }
         announce(address);
-        let served = match (&config.http.tls_certificate, &config.http.tls_key) {
-            (Some(certificate), Some(key)) => {
-                let tls = RustlsConfig::from_pem_file(certificate, key).await;
-                let tls = tls.map_err(|cause| ServeError::io("use", certificate, &cause))?;
-                let server = axum_server::from_tcp_rustls(listener, tls);
-                let server = server.map_err(system("the page's address"))?;
-                let server = server.handle(handle).first_request_timeout(FIRST_REQUEST);
-                server.serve(app).await
-            }
-            _ => {
-                let server = axum_server::from_tcp(listener);
-                let server = server.map_err(system("the page's address"))?;
-                let server = server.handle(handle).first_request_timeout(FIRST_REQUEST);
-                server.serve(app).await
-            }
+        let http = &config.http;
+        let served = if let (Some(certificate), Some(key)) = (&http.tls_certificate, &http.tls_key)
+        {
+            let tls = RustlsConfig::from_pem_file(certificate, key).await;
+            let tls = tls.map_err(|cause| ServeError::io("use", certificate, &cause))?;
+            let server = axum_server::from_tcp_rustls(listener, tls);
+            let server = server.map_err(system("the page's address"))?;
+            let server = server.handle(handle).first_request_timeout(FIRST_REQUEST);
+            server.serve(app).await
+        } else {
+            let server = axum_server::from_tcp(listener);
+            let server = server.map_err(system("the page's address"))?;
+            let server = server.handle(handle).first_request_timeout(FIRST_REQUEST);
+            server.serve(app).await
         };
         stopping.abort();
         served.map_err(system("the page"))
@@ -415,7 +412,10 @@ async fn watch_for_stop(hub: Arc<Hub>, handle: Handle<SocketAddr>) {
                 if hub.is_stopping() {
                     break;
                 }
-                notify(Notice::Alive);
+                // A worker that hangs is for the system to end.
+                if hub.is_alive(ALIVE_MS) {
+                    notify(Notice::Alive);
+                }
             }
         }
     }
@@ -433,12 +433,13 @@ fn reload_all(hub: &Hub) {
         match cell.reload() {
             Ok(sha256) => tracing::info!(machine = cell.name, sha256, "detector loaded"),
             Err(error) => {
-                tracing::error!(machine = cell.name, %error, "the detector stays as it was")
+                tracing::error!(machine = cell.name, %error, "the detector stays as it was");
             }
         }
     }
 }
 
+#[derive(Clone, Copy)]
 enum Notice {
     Ready,
     Alive,

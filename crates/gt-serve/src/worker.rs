@@ -28,6 +28,7 @@ pub fn judge(hub: &Arc<Hub>, worker: usize) {
     let mut untold: Vec<Untold> = hub.cells.iter().map(|_| Untold::default()).collect();
     let mut ticked = Instant::now();
     loop {
+        hub.beat(worker);
         match hub.queues[worker].pop(TICK) {
             Popped::Item(batch) => take(hub, &batch, &mut untold),
             Popped::Nothing => {}
@@ -72,7 +73,7 @@ fn tick(hub: &Hub, place: usize, untold: &mut Untold) {
     let mut machine = hub.cells[place].lock();
     machine.tick(now_ns / 1_000_000);
     machine.drain_if_silent(now_ns, |machine, sample| {
-        tell(hub, place, machine, sample, untold)
+        tell(hub, place, machine, sample, untold);
     });
     hub.commit(place, &mut machine);
 }

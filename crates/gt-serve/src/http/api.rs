@@ -1,13 +1,11 @@
 //! The handlers of the API.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use axum::Json;
 use axum::extract::rejection::{JsonRejection, QueryRejection};
 use axum::extract::{Extension, Path, Query, State};
-use axum::http::{StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::StatusCode;
 use gtfdi::plant::{Fault, FaultCase, Ramp, Shape, Step, Target};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -17,8 +15,7 @@ use super::auth::{Caller, Role};
 use super::failure::ApiError;
 use super::view::{AlarmsView, MachineView, TrendView};
 use crate::clock::{now_ms, now_ns};
-use crate::metrics::Exposition;
-use crate::pipeline::{Alarm, AlarmError, AlarmList, MachineState};
+use crate::pipeline::{Alarm, AlarmError, AlarmList};
 
 type Reply<T> = Result<Json<T>, ApiError>;
 type Body<T> = Result<Json<T>, JsonRejection>;
@@ -46,9 +43,19 @@ fn allow(caller: &Caller, role: Role) -> Result<(), ApiError> {
     ))
 }
 
+/// How long a thread that judges may be silent, in milliseconds.
+const SILENCE_MS: i64 = 30_000;
+
 /// `GET /healthz`.
-pub async fn healthz() -> &'static str {
-    "ok\n"
+pub async fn healthz(State(service): State<Arc<Service>>) -> (StatusCode, &'static str) {
+    if service.hub.is_alive(SILENCE_MS) {
+        (StatusCode::OK, "ok\n")
+    } else {
+        (
+            StatusCode::SERVICE_UNAVAILABLE,
+            "a thread that judges hangs\n",
+        )
+    }
 }
 
 /// `GET /readyz`.
@@ -61,152 +68,6 @@ pub async fn readyz(State(service): State<Arc<Service>>) -> (StatusCode, &'stati
             "not ready: a machine has no data, or none lately\n",
         )
     }
-}
-
-/// `GET /metrics`.
-pub async fn metrics(State(service): State<Arc<Service>>) -> Response {
-    let hub = &service.hub;
-    let mut text = Exposition::default();
-    let now_ns = now_ns();
-    let all = &hub.metrics;
-    for (name, help, counter) in [
-        ("readings_total", "Readings that came.", &all.readings),
-        (
-            "malformed_total",
-            "Messages that could not be read.",
-            &all.malformed,
-        ),
-        (
-            "unknown_total",
-            "Values of tags that no machine has.",
-            &all.unknown,
-        ),
-        (
-            "unauthorized_total",
-            "Requests with a missing or wrong token.",
-            &all.unauthorized,
-        ),
-        (
-            "frames_dropped_total",
-            "Frames that slow clients missed.",
-            &all.frames_dropped,
-        ),
-        (
-            "journal_errors_total",
-            "Events that were not written.",
-            &all.journal_errors,
-        ),
-        (
-            "recorder_errors_total",
-            "Records that were not written.",
-            &all.recorder_errors,
-        ),
-        (
-            "mqtt_connects_total",
-            "Times the broker was reached.",
-            &all.mqtt_connects,
-        ),
-    ] {
-        let value = counter.load(Ordering::Relaxed) as f64;
-        text.single(name, "counter", help, value);
-    }
-    text.delays(&all.delays);
-    let (mut waiting, mut dropped) = (0, 0);
-    for queue in &hub.queues {
-        let (now, _, lost) = queue.counts();
-        waiting += now;
-        dropped += lost;
-    }
-    text.single(
-        "queue_length",
-        "gauge",
-        "Messages that wait.",
-        waiting as f64,
-    );
-    text.single(
-        "queue_dropped_total",
-        "counter",
-        "Messages dropped by a full queue.",
-        dropped as f64,
-    );
-    let rows: Vec<_> = hub
-        .cells
-        .iter()
-        .map(|cell| {
-            let machine = cell.lock();
-            let up = !matches!(
-                machine.state(now_ns),
-                MachineState::Stale | MachineState::NoData | MachineState::Failed
-            );
-            let active = machine
-                .alarms()
-                .open()
-                .filter(|alarm| alarm.is_active())
-                .count();
-            (cell.name.clone(), *machine.counts(), up, active)
-        })
-        .collect();
-    let labels: Vec<_> = rows
-        .iter()
-        .map(|row| [("machine", row.0.as_str())])
-        .collect();
-    let mut family = |name: &str, kind: &str, help: &str, of: &dyn Fn(usize) -> f64| {
-        let values = labels.iter().enumerate();
-        text.family(
-            name,
-            kind,
-            help,
-            values.map(|(row, labels)| (&labels[..], of(row))),
-        );
-    };
-    let flag = |on: bool| f64::from(u8::from(on));
-    family("machine_up", "gauge", "Whether samples come.", &|row| {
-        flag(rows[row].2)
-    });
-    family("active_alarms", "gauge", "Active alarms.", &|row| {
-        rows[row].3 as f64
-    });
-    family("samples_total", "counter", "Samples judged.", &|row| {
-        rows[row].1.samples as f64
-    });
-    family(
-        "missing_total",
-        "counter",
-        "Values missing at their sample.",
-        &|row| rows[row].1.missing as f64,
-    );
-    family("held_total", "counter", "Values held.", &|row| {
-        rows[row].1.held as f64
-    });
-    family(
-        "duplicate_total",
-        "counter",
-        "Readings given twice.",
-        &|row| rows[row].1.duplicate as f64,
-    );
-    family(
-        "late_total",
-        "counter",
-        "Readings that came too late.",
-        &|row| rows[row].1.late as f64,
-    );
-    family(
-        "future_total",
-        "counter",
-        "Readings from ahead of the clock.",
-        &|row| rows[row].1.future as f64,
-    );
-    family(
-        "restarts_total",
-        "counter",
-        "Gaps and clocks set back.",
-        &|row| rows[row].1.restarts as f64,
-    );
-    (
-        [(header::CONTENT_TYPE, "text/plain; version=0.0.4")],
-        text.finish(),
-    )
-        .into_response()
 }
 
 /// `GET /api/v1/info`.
@@ -398,10 +259,10 @@ fn act(
 /// The operator's name: that of the token, which nobody can choose, or else what is said.
 fn name_of(caller: &Caller, by: Option<String>) -> Result<String, ApiError> {
     let name = caller.name.clone().or(by).unwrap_or_default();
-    text("by", name, true)
+    text("by", &name, true)
 }
 
-fn text(field: &str, text: String, needed: bool) -> Result<String, ApiError> {
+fn text(field: &str, text: &str, needed: bool) -> Result<String, ApiError> {
     let text = text.trim().to_owned();
     if needed && text.is_empty() {
         return Err(ApiError::invalid(format!(
@@ -435,7 +296,7 @@ pub async fn acknowledge(
     allow(&caller, Role::Operate)?;
     let Json(body) = body?;
     let by = name_of(&caller, body.by)?;
-    let comment = text("comment", body.comment.unwrap_or_default(), false)?;
+    let comment = text("comment", &body.comment.unwrap_or_default(), false)?;
     act(&service, id, |alarms| {
         alarms.acknowledge(id, &by, &comment, now_ms())
     })
@@ -460,7 +321,7 @@ pub async fn shelve(
     allow(&caller, Role::Operate)?;
     let Json(body) = body?;
     let by = name_of(&caller, body.by)?;
-    let reason = text("reason", body.reason, true)?;
+    let reason = text("reason", &body.reason, true)?;
     let seconds = body.minutes * 60.0;
     act(&service, id, |alarms| {
         alarms.shelve(id, &by, &reason, seconds, now_ms())

@@ -5,6 +5,7 @@ mod auth;
 mod failure;
 mod openapi;
 mod page;
+mod scrape;
 mod stream;
 mod view;
 
@@ -64,7 +65,7 @@ pub fn router(service: Arc<Service>) -> Router {
         .fallback(|| async { ApiError::not_found("expected a path of /api/v1/openapi.json") })
         .layer(from_fn_with_state(Arc::clone(&service), admit));
     let metrics = Router::new()
-        .route("/metrics", get(api::metrics))
+        .route("/metrics", get(scrape::metrics))
         .layer(from_fn_with_state(Arc::clone(&service), admit));
     Router::new()
         .nest("/api/v1", api)

@@ -269,7 +269,7 @@ impl Watch {
                             onset_s: None,
                         }),
                         IsolationEvent::End { .. } => {
-                            self.events.push(WatchEvent::Ended { key: 0 })
+                            self.events.push(WatchEvent::Ended { key: 0 });
                         }
                         IsolationEvent::Name { .. } => {}
                     }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
 use crate::hub::{Batch, Hub};
@@ -40,9 +40,15 @@ struct Message<'a> {
     #[serde(borrow)]
     tag: Option<Cow<'a, str>>,
     time: Option<Value>,
+    #[serde(deserialize_with = "present")]
     value: Option<Value>,
     values: Option<BTreeMap<String, Value>>,
     quality: Option<Value>,
+}
+
+/// A value that is there, null though it may be.
+fn present<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Value>, D::Error> {
+    Value::deserialize(from).map(Some)
 }
 
 /// What a topic says of its messages.
@@ -296,7 +302,7 @@ mod tests {
             refused("{\"machine\": \"gt9\", \"values\": {}}"),
             "machine: expected one that is configured, found `gt9`"
         );
-        for time in ["-1", "1e300", "\"yesterday\"", "[]", "true"] {
+        for time in ["-1", "1e+300", "\"yesterday\"", "[]", "true"] {
             let text = format!("{{\"time\": {time}, \"values\": {{}}}}");
             assert_eq!(
                 refused(&text),

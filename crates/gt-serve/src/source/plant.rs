@@ -1,11 +1,13 @@
 //! The embedded turbine.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use gt_campaign::isolation::{Ambient, Setting};
-use gtfdi::plant::{Fault, LivePlant, MapSet, NoiseLevel, PlantError, SAMPLE_TIME_S, Variant};
+use gtfdi::plant::{
+    Fault, LivePlant, MapSet, NoiseLevel, PlantError, SAMPLE_TIME_S, Scenario, Variant,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::clock::now_ns;
@@ -25,10 +27,17 @@ const PATIENCE: Duration = Duration::from_millis(50);
 pub struct EmbeddedPlant {
     /// Place of its machine.
     pub machine: usize,
-    config: PlantConfig,
-    live: Mutex<LivePlant>,
+    speed: f64,
+    scenario: Scenario,
+    turbine: Mutex<Turbine>,
+}
+
+struct Turbine {
+    live: LivePlant,
     /// Time of its sample at 0 s, ns.
-    origin_ns: Mutex<i64>,
+    origin_ns: i64,
+    /// Whether it has left the range in which its model means something.
+    stands_still: bool,
 }
 
 /// A fault that is active or will be.
@@ -66,26 +75,30 @@ impl EmbeddedPlant {
             })?;
         Ok(Self {
             machine,
-            config: config.clone(),
-            live: Mutex::new(LivePlant::start(&scenario)?),
-            origin_ns: Mutex::new(now_ns()),
+            speed: config.speed,
+            turbine: Mutex::new(Turbine {
+                live: LivePlant::start(&scenario)?,
+                origin_ns: now_ns(),
+                stands_still: false,
+            }),
+            scenario,
         })
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Turbine> {
+        self.turbine.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The faults that there are.
     pub fn faults(&self) -> Vec<ActiveFault> {
-        let live = self.live.lock().unwrap_or_else(PoisonError::into_inner);
-        let origin_ns = *self
-            .origin_ns
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        let now_s = live.next_time_s();
-        let faults = live.faults().iter();
+        let turbine = self.lock();
+        let now_s = turbine.live.next_time_s();
+        let faults = turbine.live.faults().iter();
         faults
             .map(|fault| ActiveFault {
                 case: fault.target.name(),
                 #[allow(clippy::cast_possible_truncation)] // saturates
-                onset_ms: (origin_ns as f64 / 1e6 + fault.onset_s * 1e3 / self.config.speed) as i64,
+                onset_ms: (turbine.origin_ns as f64 / 1e6 + fault.onset_s * 1e3) as i64,
                 size: fault.magnitude(now_s),
                 unit: fault.unit().to_owned(),
             })
@@ -97,7 +110,7 @@ impl EmbeddedPlant {
     /// # Errors
     /// [`PlantError`] when it makes no sense beside the others; nothing is changed then.
     pub fn inject(&self, mut fault: Fault) -> Result<(), PlantError> {
-        let mut live = self.live.lock().unwrap_or_else(PoisonError::into_inner);
+        let live = &mut self.lock().live;
         let now_s = live.next_time_s();
         fault.onset_s += now_s;
         fault.end_s = fault.end_s.map(|end_s| end_s + now_s);
@@ -106,13 +119,17 @@ impl EmbeddedPlant {
         live.set_faults(faults)
     }
 
-    /// Takes all faults away.
+    /// Takes all faults away, and starts a turbine again that they have brought to a stand.
     ///
     /// # Errors
-    /// None.
+    /// [`PlantError`] when it cannot be started.
     pub fn repair(&self) -> Result<(), PlantError> {
-        let mut live = self.live.lock().unwrap_or_else(PoisonError::into_inner);
-        live.set_faults(Vec::new())
+        let turbine = &mut *self.lock();
+        if turbine.stands_still {
+            turbine.live = LivePlant::start(&self.scenario)?;
+            turbine.stands_still = false;
+        }
+        turbine.live.set_faults(Vec::new())
     }
 
     /// Runs it in the time of the clock until the service stops. A plant that leaves the range in
@@ -128,32 +145,31 @@ impl EmbeddedPlant {
             .iter()
             .chain(variant.output_channels());
         let places: Vec<Option<usize>> = names.map(|channel| cell.place(channel.0)).collect();
-        let period_ns = SAMPLE_TIME_S * 1e9 / self.config.speed;
+        let period_s = SAMPLE_TIME_S / self.speed;
         let started = Instant::now();
         let origin_ns = now_ns();
-        *self
-            .origin_ns
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner) = origin_ns;
-        let mut ended = false;
         let mut k = 0.0;
         while !hub.is_stopping() {
-            let due = Duration::from_secs_f64(k * period_ns * 1e-9);
+            let due = Duration::from_secs_f64(k * period_s);
             let early = due.saturating_sub(started.elapsed());
             if !early.is_zero() {
                 thread::sleep(early.min(PATIENCE));
                 continue;
             }
+            // The samples of the plant keep their own period: a plant that runs faster lives in a
+            // time of its own that begins now.
+            let since_ns = |seconds: f64| {
+                #[allow(clippy::cast_possible_truncation)] // of a time since 1970
+                let ns = (seconds * 1e9).round() as i64;
+                ns
+            };
+            let time_ns = origin_ns + since_ns(k * SAMPLE_TIME_S);
             let mut readings = Vec::with_capacity(places.len());
             {
-                let mut live = self.live.lock().unwrap_or_else(PoisonError::into_inner);
-                // The samples of the plant keep their own period: a plant that runs faster lives in
-                // a time of its own that begins now.
-                #[allow(clippy::cast_possible_truncation)] // of a time since 1970
-                let time_ns = origin_ns + (k * SAMPLE_TIME_S * 1e9).round() as i64;
-                match live.sample() {
+                let turbine = &mut *self.lock();
+                match turbine.live.sample() {
                     Ok(sample) => {
-                        ended = false;
+                        turbine.origin_ns = time_ns - since_ns(sample.time_s);
                         let values = sample.u.iter().chain(&sample.y);
                         for (place, value) in places.iter().zip(values) {
                             if let Some(tag) = *place {
@@ -166,11 +182,12 @@ impl EmbeddedPlant {
                             }
                         }
                     }
-                    Err(cause) if !ended => {
-                        ended = true;
-                        tracing::warn!(%cause, "the embedded turbine stands still");
+                    Err(cause) => {
+                        if !turbine.stands_still {
+                            tracing::warn!(%cause, "the embedded turbine stands still");
+                        }
+                        turbine.stands_still = true;
                     }
-                    Err(_) => {}
                 }
             }
             k += 1.0;
