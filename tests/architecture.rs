@@ -15,7 +15,7 @@ const ROOMS: [(&str, &[&str]); 11] = [
     ("gtfdi", &["gt-core", "gt-plant", "gt-ident", "gt-fdi"]),
     ("gt-log", &["gtfdi", "gt-core"]),
     ("gt-campaign", &["gtfdi", "gt-log"]),
-    ("gt-serve", &["gtfdi", "gt-log", "gt-campaign"]),
+    ("gt-serve", &["gtfdi", "gt-log"]),
     ("gt-cli", &["gtfdi", "gt-log", "gt-campaign", "gt-serve"]),
     ("gt-py", &["gtfdi", "gt-log", "gt-campaign"]),
     ("xtask", &[]),

@@ -27,8 +27,8 @@ use crate::source::plant::EmbeddedPlant;
 use crate::source::replay::Replay;
 use crate::{snapshots, worker};
 
-/// The detector of the embedded turbine; `cargo run --release -p gt-serve --example turbine_detector`
-/// makes it.
+/// The detector of the embedded turbine; `cargo run --release -p gt-serve --example embedded_turbine
+/// crates/gt-serve/assets` makes it.
 const TURBINE_DETECTOR: &str = include_str!("../assets/turbine_detector.json");
 /// Seconds between two snapshots unless the configuration says otherwise.
 const SNAPSHOT_S: f64 = 10.0;

@@ -4,10 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use gt_campaign::isolation::{Ambient, Setting};
-use gtfdi::plant::{
-    Fault, LivePlant, MapSet, NoiseLevel, PlantError, SAMPLE_TIME_S, Scenario, Variant,
-};
+use gtfdi::plant::{Fault, LivePlant, PlantError, SAMPLE_TIME_S, Scenario, Variant};
 use serde::{Deserialize, Serialize};
 
 use crate::clock::now_ns;
@@ -16,10 +13,9 @@ use crate::error::ServeError;
 use crate::hub::{Batch, Hub};
 use crate::pipeline::{Quality, Reading};
 
-/// Length of the record that the plant's noise is scaled by: it is given in units.
-const REFERENCE_S: f64 = 60.0;
-/// Run index of the plant's movements: not one of those that its detector was made from.
-const RUN_INDEX: u64 = 1_000_000;
+/// The scenario of the turbine, with the noise of its sensors in their units;
+/// `cargo run --release -p gt-serve --example embedded_turbine crates/gt-serve/assets` makes it.
+const TURBINE_SCENARIO: &str = include_str!("../../assets/turbine_scenario.json");
 /// How often a sleeping plant looks whether to stop.
 const PATIENCE: Duration = Duration::from_millis(50);
 
@@ -59,20 +55,12 @@ impl EmbeddedPlant {
     /// # Errors
     /// [`ServeError`] when it cannot be started.
     pub fn new(machine: usize, config: &PlantConfig) -> Result<Self, ServeError> {
-        let setting = Setting::new(
-            MapSet::Paper,
-            NoiseLevel::Table8,
-            Ambient::Constant,
-            config.seed,
-        );
-        let setting = setting.map_err(|cause| {
-            ServeError::option("plant", "a plant that can be simulated", cause.to_string())
-        })?;
-        let scenario = setting
-            .scenario(RUN_INDEX, &[], REFERENCE_S)
-            .map_err(|cause| {
-                ServeError::option("plant", "a plant that can be simulated", cause.to_string())
+        let mut scenario: Scenario =
+            serde_json::from_str(TURBINE_SCENARIO).map_err(|cause| ServeError::Config {
+                path: "the built-in scenario".into(),
+                cause: cause.to_string(),
             })?;
+        scenario.seed = config.seed;
         Ok(Self {
             machine,
             speed: config.speed,
