@@ -21,7 +21,7 @@ const ROOMS: [(&str, &[&str]); 10] = [
 ];
 
 /// Outside crates that only some rooms may name.
-const GUARDED: [(&str, &[&str]); 22] = [
+const GUARDED: [(&str, &[&str]); 23] = [
     ("faer", &["gt-core", "gt-ident", "gt-fdi"]),
     ("clarabel", &["gt-core"]),
     ("pulp", &["gt-fdi", "gt-ident", "gt-plant"]),
@@ -44,6 +44,7 @@ const GUARDED: [(&str, &[&str]); 22] = [
     ("indicatif", &["gt-cli"]),
     ("ctrlc", &["gt-cli"]),
     ("anyhow", &["gt-cli"]),
+    ("schemars", &["gt-plant", "gt-log", "gt-campaign", "gt-cli"]),
 ];
 
 /// What the runtime of gt-fdi, which is all of it without its feature `design`, depends on. That
