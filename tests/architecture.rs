@@ -22,7 +22,7 @@ const ROOMS: [(&str, &[&str]); 11] = [
 ];
 
 /// Outside crates that only some rooms may name.
-const GUARDED: [(&str, &[&str]); 26] = [
+const GUARDED: [(&str, &[&str]); 27] = [
     ("faer", &["gt-core", "gt-ident", "gt-fdi"]),
     ("clarabel", &["gt-core"]),
     ("pulp", &["gt-fdi", "gt-ident", "gt-plant"]),
@@ -49,6 +49,7 @@ const GUARDED: [(&str, &[&str]); 26] = [
     ("indicatif", &["gt-cli"]),
     ("ctrlc", &["gt-cli"]),
     ("anyhow", &["gt-cli"]),
+    ("schemars", &["gt-plant", "gt-log", "gt-campaign", "gt-cli"]),
 ];
 
 /// What the runtime of gt-fdi, which is all of it without its feature `design`, depends on. That

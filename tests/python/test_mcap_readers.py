@@ -152,3 +152,85 @@ def test_a_recovered_log_is_whole(run, log, tmp_path):
         names = [record.name for record in reader.iter_metadata()]
     assert attachment.data.decode() == run.config
     assert names == ["gtfdi.run", "gtfdi.config", "gtfdi.recovery"]
+
+
+def test_a_recovered_log_has_the_other_topics_too(log, tmp_path):
+    """What a cut log says of qualities is read with its enumeration."""
+    binary = os.environ.get("GTFDI_BINARY")
+    if binary is None:
+        pytest.skip("GTFDI_BINARY is not set")
+    part, out = tmp_path / "s.mcap.part", tmp_path / "s.mcap"
+    whole = log.read_bytes()
+    part.write_bytes(whole[: len(whole) // 2])
+    subprocess.run([binary, "log", "recover", part, "--out", out], capture_output=True, check=True)
+    for path in [log, out]:
+        with path.open("rb") as stream:
+            reader = SeekingReader(stream, decoder_factories=[DecoderFactory()])
+            ((_, _, _, sample),) = reader.iter_decoded_messages(topics=["/plant/quality"])
+        fields = sample.DESCRIPTOR.fields
+        assert len(fields) == 6 + 28
+        names = {field.enum_type.values_by_number[getattr(sample, field.name)].name for field in fields}
+        assert names == {"GOOD"}
+        values = fields[0].enum_type.values
+        assert [value.name for value in values] == [
+            "GOOD",
+            "UNCERTAIN",
+            "BAD",
+            "STALE",
+            "INTERPOLATED",
+        ]
+
+
+def test_every_file_of_a_rotated_log_is_whole(tmp_path):
+    examples = os.environ.get("GTFDI_EXAMPLES")
+    if examples is None:
+        pytest.skip("GTFDI_EXAMPLES is not set")
+    rotate = [os.path.join(examples, "rotate_log"), tmp_path]
+    done = subprocess.run(rotate, capture_output=True, check=True, text=True)
+    names = done.stdout.split()
+    # Two hours and a half from midnight on.
+    assert names == [
+        f"log-20060118T{hour:02}0000.000000000Z.mcap" for hour in range(3)
+    ]
+    times, levels, temperatures = [], [], []
+    for name in names:
+        counts = []
+        for reader_class in [SeekingReader, NonSeekingReader]:
+            with (tmp_path / name).open("rb") as stream:
+                reader = reader_class(stream, decoder_factories=[DecoderFactory()])
+                found = list(reader.iter_decoded_messages())
+            counts.append(len(found))
+        assert counts[0] == counts[1]
+        with (tmp_path / name).open("rb") as stream:
+            reader = SeekingReader(stream)
+            (attachment,) = reader.iter_attachments()
+            assert attachment.data == b'asset = "tank"\n'
+            assert "gtfdi.run" in [record.name for record in reader.iter_metadata()]
+        for _, channel, message, sample in found:
+            assert json.loads(channel.metadata["tags"]) == {"T_101": "T-101", "level": "level"}
+            times.append(message.log_time)
+            temperatures.append(sample.T_101)
+            levels.append(sample.level if sample.HasField("level") else np.nan)
+    k = np.arange(150)
+    assert np.array_equal(np.array(times) - times[0], 60_000_000_000 * k)
+    # A sine of another library.
+    assert np.allclose(temperatures, 300.0 + np.sin(0.1 * k), rtol=0.0, atol=1e-12)
+    assert np.array_equal(np.isnan(levels), k % 10 == 9)
+
+
+def test_an_exported_log_has_the_numbers_of_the_messages(run, log, tmp_path):
+    binary = os.environ.get("GTFDI_BINARY")
+    if binary is None:
+        pytest.skip("GTFDI_BINARY is not set")
+    out = tmp_path / "s.csv"
+    command = [binary, "log", "export", log, "--out", out, "--time", "seconds"]
+    subprocess.run(command, capture_output=True, check=True)
+    table = np.genfromtxt(out, delimiter=",", names=True, deletechars="", replace_space=" ")
+    with log.open("rb") as stream:
+        reader = SeekingReader(stream, decoder_factories=[DecoderFactory()])
+        times, u, y = samples(reader.iter_decoded_messages(topics=TOPICS[1:]), run.measured)
+    assert list(table.dtype.names) == ["time", *run.measured.inputs, *run.measured.outputs]
+    columns = np.column_stack([table[name] for name in table.dtype.names])
+    assert np.allclose(columns[:, 0], (times - times[0]) / 1e9, rtol=0.0, atol=1e-12)
+    # Digits that give the same bits.
+    assert np.array_equal(columns[:, 1:], np.column_stack([u, y]))

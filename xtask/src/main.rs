@@ -1,6 +1,7 @@
 //! Development tasks, run as `cargo xtask <task>`.
 
 use std::env;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
@@ -11,6 +12,8 @@ cargo xtask <task>
   test-rust     the Rust tests alone
   test-no-std   build and run a program without std around gt-fdi's runtime (on Linux)
   test-python   build the wheel, install it, run the Python tests
+  test-node     read logs of the binary with @mcap/core; needs node, npm and the network, and is no
+                part of `test`
 
 GTFDI_REFERENCE_DATA names the folder of public records that some tests read (absolute path);
 unset, those tests skip by name.";
@@ -24,6 +27,7 @@ fn main() -> ExitCode {
         Some("test-rust") => test_rust(),
         Some("test-no-std") => test_no_std(),
         Some("test-python") => test_python(),
+        Some("test-node") => test_node(),
         Some("help" | "--help" | "-h") => {
             println!("{HELP}");
             return ExitCode::SUCCESS;
@@ -110,6 +114,13 @@ fn test_python() -> Result<(), String> {
     if let Some(binary) = binary(&root) {
         tests.env("GTFDI_BINARY", binary);
     }
+    let examples = target(&root).join("debug").join("examples");
+    if examples
+        .join(format!("rotate_log{}", env::consts::EXE_SUFFIX))
+        .is_file()
+    {
+        tests.env("GTFDI_EXAMPLES", examples);
+    }
     run(tests
         .args(["-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir"])
         .arg(root.join("tests/python"))
@@ -118,11 +129,62 @@ fn test_python() -> Result<(), String> {
         .current_dir(root.join("target")))
 }
 
+/// The folder of what cargo builds.
+fn target(root: &Path) -> PathBuf {
+    env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from)
+}
+
+/// Reads logs of the binary with the readers of npm, installed below `target/node-env`: one as it is
+/// written, and one that was cut off and recovered.
+fn test_node() -> Result<(), String> {
+    for program in ["node", "npm"] {
+        if Command::new(program).arg("--version").output().is_err() {
+            println!("skipped: test-node needs {program}");
+            return Ok(());
+        }
+    }
+    let root = root()?;
+    run(cargo()
+        .args(["build", "-p", "gt-cli", "--locked"])
+        .current_dir(&root))?;
+    let binary = binary(&root).ok_or("expected the binary gtfdi, found none")?;
+    let place = target(&root).join("node-env");
+    let said = |error: std::io::Error| format!("{}: {error}", place.display());
+    fs::create_dir_all(&place).map_err(said)?;
+    for name in ["package.json", "read.mjs"] {
+        fs::copy(root.join("tests/node").join(name), place.join(name)).map_err(said)?;
+    }
+    let quiet = ["install", "--silent", "--no-audit", "--no-fund"];
+    run(Command::new("npm").args(quiet).current_dir(&place))?;
+    let gtfdi = |arguments: &[&str]| run(Command::new(&binary).args(arguments).current_dir(&place));
+    gtfdi(&[
+        "simulate",
+        "--seconds",
+        "60",
+        "--seed",
+        "3",
+        "--out",
+        "whole.mcap",
+    ])?;
+    let whole = fs::read(place.join("whole.mcap")).map_err(said)?;
+    let cut = &whole[..whole.len() / 2];
+    fs::write(place.join("cut.mcap.part"), cut).map_err(said)?;
+    gtfdi(&["log", "recover", "cut.mcap.part", "--out", "cut.mcap"])?;
+    for log in ["whole.mcap", "cut.mcap"] {
+        for topic in ["/plant/measured", "/plant/truth"] {
+            let out = ["--topic", topic, "--time", "seconds", "--out", "table.csv"];
+            gtfdi(&[&["log", "export", log], &out[..]].concat())?;
+            let read = ["read.mjs", log, "table.csv", topic];
+            run(Command::new("node").args(read).current_dir(&place))?;
+        }
+    }
+    Ok(())
+}
+
 /// The binary that the Rust tests built, if they did; some Python tests read what it writes.
 fn binary(root: &Path) -> Option<PathBuf> {
-    let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
     let name = format!("gtfdi{}", env::consts::EXE_SUFFIX);
-    let path = target.join("debug").join(name);
+    let path = target(root).join("debug").join(name);
     path.canonicalize().ok().filter(|path| path.is_file())
 }
 

@@ -10,6 +10,7 @@ use gtfdi::fdi::{
     NoiseCovariance, ResidualGenerator,
 };
 use gtfdi::ident::eiv::{ChannelNoise, EivModel};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -24,7 +25,7 @@ const LIMITER: f64 = 4.0;
 const NOMINAL_SAMPLES: f64 = 5.0;
 
 /// Two records of the same run, one with the fault, and how that grew.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairDescription {
     /// The record without the fault.
@@ -38,7 +39,7 @@ pub struct PairDescription {
 
 /// A fault that is to be told from others: changes of outputs, a slow actuator, or pairs of records
 /// that show what it does.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaultDescription {
     /// Its name.
@@ -65,7 +66,7 @@ pub struct FaultDescription {
 }
 
 /// A file of faults: `[[fault]]` tables.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaultDescriptions {
     /// In order.

@@ -11,6 +11,8 @@ mod progress;
 mod record;
 mod row_range;
 mod scenario;
+mod toml_kind;
+mod toml_text;
 
 use std::collections::BTreeSet;
 use std::process::ExitCode;
@@ -18,7 +20,7 @@ use std::process::ExitCode;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory as _, FromArgMatches as _};
 
-use crate::cli::{Cli, Command, DataCommand, LogCommand, ModelCommand};
+use crate::cli::{Cli, Command, ConfigCommand, DataCommand, LogCommand, ModelCommand};
 use crate::failure::Failure;
 
 /// How a verb that did its work ended.
@@ -84,6 +86,13 @@ fn run(cli: Cli) -> Result<Outcome, Failure> {
         Command::Log(LogCommand::Verify { file }) => commands::log::verify::run(&file, global),
         Command::Log(LogCommand::Recover(args)) => commands::log::recover::run(&args, global),
         Command::Log(LogCommand::Export(args)) => commands::log::export::run(&args, global),
+        Command::Config(ConfigCommand::Init { verbs, out }) => {
+            commands::config::init(&verbs, out.as_deref(), global)
+        }
+        Command::Config(ConfigCommand::Check { file, kind }) => {
+            commands::config::check(&file, kind, global)
+        }
+        Command::Config(ConfigCommand::Schema { kind }) => commands::config::schema(kind),
         Command::Completions { shell } => commands::shell::completions(shell),
         Command::Man { out } => commands::shell::man(out.as_deref(), global),
     }

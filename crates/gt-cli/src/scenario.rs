@@ -4,6 +4,7 @@ use std::path::Path;
 
 use gtfdi::plant::maps::{MapKind, SpeedLineTable};
 use gtfdi::plant::{Fault, NoiseLevel, PlantError, Profile, Scenario, Variant};
+use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
@@ -11,11 +12,12 @@ use crate::cli::SimulateArgs;
 use crate::failure::Failure;
 
 /// A file of faults.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct FaultFile {
+pub struct FaultFile {
+    /// The faults, in order.
     #[serde(default)]
-    fault: Vec<Fault>,
+    pub fault: Vec<Fault>,
 }
 
 /// The scenario that the options ask for: the defaults or a scenario file, and what is given beside

@@ -6,6 +6,9 @@ use gtfdi::core::{Dataset, Signal};
 use gtfdi::fdi::{FdiError, IsolationEvent, IsolationMonitor, Isolator, NamedDiagnosis};
 use serde::Serialize;
 
+use crate::model_log::Attached;
+use crate::quality::QualityLog;
+use crate::remark_log::write_remarks;
 use crate::verdict_log::{AlarmEvent, SEVERITY, THRESHOLD_PERIOD_S, alarm_schema};
 use crate::{EPOCH_NS, LogError, LogWriter, RunMetadata, sample_time_ns};
 
@@ -66,7 +69,8 @@ fn diagnosis_schema() -> serde_json::Value {
 }
 
 /// Runs an isolator over `data` and writes statistics, limits, alarms and diagnoses to `path`; the
-/// isolator itself is attached.
+/// isolator itself is attached, and so are the models of `metadata`. `/plant/quality`, `/log` and
+/// `/ident/model` are as those of [`write_verdicts`](crate::write_verdicts).
 ///
 /// # Errors
 /// [`LogError::Unfit`] when the record does not fit, [`LogError`] when the file cannot be written;
@@ -92,6 +96,7 @@ pub fn write_diagnoses(
     })?;
     let attachment = format!("models/{name}.json");
     log.attach(&attachment, "application/json", &document)?;
+    let attached = Attached::new(&mut log, &metadata.models)?;
     let tests = isolator.statistic_names();
     let signals = Signal::named(&tests);
     let period_s = data.sample_time_s();
@@ -104,10 +109,16 @@ pub fn write_diagnoses(
     let start_ns = sample_time_ns(1, data.start_time_s()) - EPOCH_NS;
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
     let repeat = ((THRESHOLD_PERIOD_S / period_s) as usize).max(1);
+    let mut quality = QualityLog::new(&mut log, data, name)?;
+    let first_ns = sample_time_ns(0, period_s).saturating_add(start_ns);
+    let remarks = metadata.warnings.iter().map(String::as_str);
+    write_remarks(&mut log, remarks, first_ns, name)?;
+    attached.tell(&mut log, first_ns, name)?;
     let mut monitor = IsolationMonitor::new(isolator).map_err(refused)?;
     let mut last_s = f64::NEG_INFINITY;
     for k in 0..data.len() {
         let time_ns = sample_time_ns(k, period_s).saturating_add(start_ns);
+        quality.write(&mut log, data, k, time_ns)?;
         if k % repeat == 0 {
             log.write(threshold, time_ns, isolator.limits())?;
         }

@@ -317,6 +317,20 @@ pub enum LogError {
         /// What the reader found.
         cause: mcap::McapError,
     },
+    /// A log of a later version, whose content this one would misread.
+    #[error(
+        "{}: expected a log of version {expected} or before, found version {found}: read it with \
+         the gtfdi that wrote it, or a later one",
+        path.display()
+    )]
+    NewerLog {
+        /// The file.
+        path: PathBuf,
+        /// The latest version that is known.
+        expected: u64,
+        /// What the log says.
+        found: String,
+    },
     /// A topic that the log does not have.
     #[error("{}: expected a topic `{topic}`, found {}", path.display(), list(available))]
     UnknownTopic {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use prost::bytes::Buf;
-use prost::encoding::{DecodeContext, decode_key, double, skip_field};
+use prost::encoding::{DecodeContext, decode_key, double, int32, skip_field};
 
 use crate::schema::DoubleField;
 
@@ -17,6 +17,17 @@ pub(crate) fn encode(
         if let Some(value) = value {
             double::encode(number, &value, buffer);
         }
+    }
+}
+
+/// Appends a value of an enumeration for every field.
+pub(crate) fn encode_values(
+    numbers: &[u32],
+    values: impl IntoIterator<Item = i32>,
+    buffer: &mut Vec<u8>,
+) {
+    for (&number, value) in numbers.iter().zip(values) {
+        int32::encode(number, &value, buffer);
     }
 }
 

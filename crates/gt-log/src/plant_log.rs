@@ -6,6 +6,9 @@ use std::path::Path;
 use gtfdi::core::{Dataset, Signal};
 use gtfdi::plant::Run;
 
+use crate::model_log::Attached;
+use crate::quality::QualityLog;
+use crate::remark_log::write_remarks;
 use crate::{LogError, LogWriter, RunMetadata, sample_time_ns};
 
 /// What the logs of the embedded plant call their machine.
@@ -18,6 +21,9 @@ const ASSET: &str = "gas-turbine";
 /// | `/plant/measured` | every input and output, as the sensors say: noise and faults included |
 /// | `/plant/truth` | every input and output as the plant has them, and what no sensor measures: the efficiencies `e_c` and `e_t`, and the fuel flow `M_fc` that reaches the combustor |
 /// | `/plant/faults` | the magnitude of every injected fault, named as in [`Run::fault_signals`], then `NAME_active` of each: 1 where its magnitude is not 0, and 0 elsewhere (before the onset, after the end, in the pauses of an intermittent fault); no topic without a fault |
+/// | `/plant/quality` | how good the sample of each of `/plant/measured` is ([`Quality`](crate::Quality)), where that changes and once a minute: BAD where the sensor gives nothing valid, else GOOD |
+/// | `/log` | the warnings (`foxglove.Log`); no topic without one |
+/// | `/ident/model` | the models of `metadata.models`; no topic without one |
 ///
 /// The prototype has 6 inputs and 28 outputs, so that `/plant/measured` has 34 fields and
 /// `/plant/truth` 37; cogeneration has 7 and 31, so 38 and 41. Names and units are those of
@@ -36,18 +42,20 @@ pub fn write_run(path: &Path, run: &Run, metadata: &RunMetadata) -> Result<(), L
     let mut log = LogWriter::create(path, metadata)?;
     let remarks = remarks(run);
     if !remarks.is_empty() {
-        log.note("gtfdi.remarks", remarks)?;
+        log.note("gtfdi.remarks", remarks.clone())?;
     }
     log.attach(
         "config.toml",
         "application/toml",
         metadata.config_toml.as_bytes(),
     )?;
+    let attached = Attached::new(&mut log, &metadata.models)?;
     let period_s = run.truth.sample_time_s();
     let signals = channels(&run.truth);
     let all = [signals.clone(), run.hidden_signals.clone()].concat();
     let truth = log.add_topic("/plant/truth", "Truth", &all, period_s, ASSET)?;
     let measured = log.add_topic("/plant/measured", "Measured", &signals, period_s, ASSET)?;
+    let mut quality = QualityLog::new(&mut log, &run.measured, ASSET)?;
     let faults = if run.fault_signals.is_empty() {
         None
     } else {
@@ -56,8 +64,14 @@ pub fn write_run(path: &Path, run: &Run, metadata: &RunMetadata) -> Result<(), L
         fields.extend(run.fault_signals.iter().map(active));
         Some(log.add_topic("/plant/faults", "Faults", &fields, period_s, ASSET)?)
     };
+    let first_ns = sample_time_ns(0, period_s);
+    let texts = metadata.warnings.iter().map(String::as_str);
+    let texts: Vec<&str> = texts.chain(remarks.values().map(String::as_str)).collect();
+    write_remarks(&mut log, texts, first_ns, ASSET)?;
+    attached.tell(&mut log, first_ns, ASSET)?;
     for k in 0..run.truth.len() {
         let time_ns = sample_time_ns(k, period_s);
+        quality.write(&mut log, &run.measured, k, time_ns)?;
         let mut values = sample(&run.truth, k);
         values.extend(run.hidden.column(k).iter());
         log.write(truth, time_ns, &values)?;

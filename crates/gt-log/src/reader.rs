@@ -10,7 +10,7 @@ use gt_core::Signal;
 use gtfdi::ident::Missing;
 use mcap::Channel;
 use mcap::read::ChannelAccumulator;
-use mcap::records::{MessageHeader, Record};
+use mcap::records::{MessageHeader, Metadata, Record};
 
 use crate::fields::{Decoder, Fields, Survey};
 use crate::import::{Columns, DEFAULT_TOPIC, Imported, Selection};
@@ -18,6 +18,7 @@ use crate::records::scan;
 use crate::source::{self, Hashing};
 use crate::table::Table;
 use crate::time::{Clock, Uniform};
+use crate::writer::{LOG_VERSION, RUN_RECORD, VERSION_KEY};
 use crate::{LogError, Place};
 
 /// Channels and messages of a log, in the order of the file.
@@ -60,8 +61,24 @@ pub(crate) fn follow<R: Read>(
                 .ok_or_else(|| corrupt(mcap::McapError::UnknownChannel(sequence, id)))?;
             visit(Event::Message(&channel, header, &data))
         }
+        Record::Metadata(own) => check_version(path, &own).map(|()| ControlFlow::Continue(())),
         _ => Ok(ControlFlow::Continue(())),
     })
+}
+
+/// Refuses a log whose content this version would misread.
+fn check_version(path: &Path, record: &Metadata) -> Result<(), LogError> {
+    let found = record.metadata.get(VERSION_KEY);
+    match found.filter(|_| record.name == RUN_RECORD) {
+        Some(found) if !found.parse::<u64>().is_ok_and(|own| own <= LOG_VERSION) => {
+            Err(LogError::NewerLog {
+                path: path.to_owned(),
+                expected: LOG_VERSION,
+                found: found.clone(),
+            })
+        }
+        _ => Ok(()),
+    }
 }
 
 /// A file to read from its beginning, and its size.

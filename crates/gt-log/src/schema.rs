@@ -6,8 +6,8 @@ use gt_core::Signal;
 use prost::Message as _;
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{
-    DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet,
-    OneofDescriptorProto,
+    DescriptorProto, EnumDescriptorProto, EnumValueDescriptorProto, FieldDescriptorProto,
+    FileDescriptorProto, FileDescriptorSet, OneofDescriptorProto,
 };
 
 /// The Protobuf package of every message.
@@ -84,7 +84,16 @@ fn field_number(index: usize) -> u32 {
     }
 }
 
-/// A message of `optional double` fields.
+/// What every field of a message is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum FieldKind {
+    /// `optional double`.
+    Double,
+    /// An optional value of an enumeration: its name and those of its values, the first is 0.
+    Enumeration(&'static str, &'static [&'static str]),
+}
+
+/// A message of optional fields of one kind.
 #[derive(Debug, Clone)]
 pub(crate) struct MessageSchema {
     /// `gtfdi.v1.Measured`.
@@ -99,14 +108,21 @@ pub(crate) struct MessageSchema {
 
 impl MessageSchema {
     /// The schema of a message with a field for each tag.
-    pub(crate) fn new(message: &str, tags: &[&str]) -> Self {
+    pub(crate) fn new(message: &str, tags: &[&str], kind: FieldKind) -> Self {
         let names = identifiers(tags);
         let numbers: Vec<u32> = (0..tags.len()).map(field_number).collect();
         let field = |(index, name): (usize, &String)| FieldDescriptorProto {
             name: Some(name.clone()),
             number: i32::try_from(numbers[index]).ok(),
             label: Some(Label::Optional.into()),
-            r#type: Some(Type::Double.into()),
+            r#type: Some(match kind {
+                FieldKind::Double => Type::Double.into(),
+                FieldKind::Enumeration(..) => Type::Enum.into(),
+            }),
+            type_name: match kind {
+                FieldKind::Double => None,
+                FieldKind::Enumeration(name, _) => Some(format!(".{PACKAGE}.{name}")),
+            },
             // proto3 `optional` is a oneof with one member.
             oneof_index: i32::try_from(index).ok(),
             proto3_optional: Some(true),
@@ -127,6 +143,10 @@ impl MessageSchema {
             package: Some(PACKAGE.to_owned()),
             syntax: Some("proto3".to_owned()),
             message_type: vec![descriptor],
+            enum_type: match kind {
+                FieldKind::Double => Vec::new(),
+                FieldKind::Enumeration(name, values) => vec![enumeration(name, values)],
+            },
             ..FileDescriptorProto::default()
         };
         Self {
@@ -135,6 +155,20 @@ impl MessageSchema {
             names,
             numbers,
         }
+    }
+}
+
+/// An enumeration whose values are numbered from 0.
+fn enumeration(name: &str, values: &[&str]) -> EnumDescriptorProto {
+    let value = |(number, name): (i32, &&str)| EnumValueDescriptorProto {
+        name: Some((*name).to_owned()),
+        number: Some(number),
+        ..EnumValueDescriptorProto::default()
+    };
+    EnumDescriptorProto {
+        name: Some(name.to_owned()),
+        value: (0..).zip(values).map(value).collect(),
+        ..EnumDescriptorProto::default()
     }
 }
 
@@ -301,7 +335,7 @@ mod tests {
 
     #[test]
     fn descriptor_is_proto3_with_one_hidden_oneof_a_field() {
-        let schema = MessageSchema::new("Measured", &["p", "TI-1"]);
+        let schema = MessageSchema::new("Measured", &["p", "TI-1"], FieldKind::Double);
         let set = FileDescriptorSet::decode(schema.descriptor.as_slice()).unwrap();
         let [file] = set.file.as_slice() else {
             panic!("one file, found {}", set.file.len())

@@ -6,6 +6,9 @@ use gtfdi::core::{Dataset, Signal};
 use gtfdi::fdi::{Alarm, Bank, BankRun};
 use serde::Serialize;
 
+use crate::model_log::Attached;
+use crate::quality::QualityLog;
+use crate::remark_log::write_remarks;
 use crate::{EPOCH_NS, LogError, LogWriter, RunMetadata, sample_time_ns};
 
 /// Thresholds are repeated this often, so that a reader who starts in the middle finds them.
@@ -44,7 +47,8 @@ pub(crate) fn alarm_schema() -> serde_json::Value {
 }
 
 /// Writes residuals, statistics, thresholds and alarms of `run` over `data` to `path`; the bank itself is
-/// attached.
+/// attached, and so are the models of `metadata` (`/ident/model`). `/plant/quality` says of each
+/// input and output how good its sample is, `/log` has the warnings of `metadata`.
 ///
 /// # Errors
 /// [`LogError`] when the file cannot be written; nothing is left under `path` then.
@@ -66,6 +70,7 @@ pub fn write_verdicts(
         "application/json",
         &document,
     )?;
+    let attached = Attached::new(&mut log, &metadata.models)?;
     let signals: Vec<Signal> = bank
         .generators()
         .iter()
@@ -97,13 +102,19 @@ pub fn write_verdicts(
             events.push((end_s, alarm, "inactive"));
         }
     }
+    let mut quality = QualityLog::new(&mut log, data, name)?;
     events.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut events = events.into_iter().peekable();
     let start_ns = sample_time_ns(1, data.start_time_s()) - EPOCH_NS;
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
     let repeat = ((THRESHOLD_PERIOD_S / period_s) as usize).max(1);
+    let first_ns = sample_time_ns(0, period_s).saturating_add(start_ns);
+    let remarks = metadata.warnings.iter().map(String::as_str);
+    write_remarks(&mut log, remarks, first_ns, name)?;
+    attached.tell(&mut log, first_ns, name)?;
     for k in 0..data.len() {
         let time_ns = sample_time_ns(k, period_s).saturating_add(start_ns);
+        quality.write(&mut log, data, k, time_ns)?;
         if k % repeat == 0 {
             log.write(threshold, time_ns, &limits)?;
         }

@@ -13,12 +13,21 @@ use serde::Serialize;
 
 use crate::atomic::Part;
 use crate::error::is_full;
-use crate::schema::{MessageSchema, TAGS_KEY, UNITS_KEY, is_message_name};
+use crate::model_log::LoggedModel;
+use crate::quality::Quality;
+use crate::schema::{FieldKind, MessageSchema, TAGS_KEY, UNITS_KEY, is_message_name};
 use crate::{EPOCH_NS, LogError, build_info, message, sha256_hex};
+
+/// The version of what logs hold; it rises when a reader of the one before would misread them.
+pub(crate) const LOG_VERSION: u64 = 1;
+/// The metadata record of the run.
+pub(crate) const RUN_RECORD: &str = "gtfdi.run";
+/// Its key with [`LOG_VERSION`]; a log without it is of version 1.
+pub(crate) const VERSION_KEY: &str = "log_version";
 
 /// What a log says of the run that wrote it, in metadata records before everything else, so that
 /// a log that is cut off still has it.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct RunMetadata {
     /// The seed of a simulated run.
     pub seed: Option<u64>,
@@ -28,6 +37,10 @@ pub struct RunMetadata {
     pub config_toml: String,
     /// The SHA-256 of the input data, where there were any.
     pub data_sha256: Option<String>,
+    /// What was remarked on the run, for `/log`.
+    pub warnings: Vec<String>,
+    /// The models behind what is in the log, for `/ident/model`; each is attached.
+    pub models: Vec<LoggedModel>,
 }
 
 impl RunMetadata {
@@ -35,6 +48,7 @@ impl RunMetadata {
     fn records(&self) -> Vec<Metadata> {
         let build = build_info();
         let mut run = BTreeMap::from([
+            (VERSION_KEY.to_owned(), LOG_VERSION.to_string()),
             ("version".to_owned(), build.version.to_owned()),
             ("git".to_owned(), build.git.to_owned()),
             ("rustc".to_owned(), build.rustc.to_owned()),
@@ -53,7 +67,7 @@ impl RunMetadata {
             metadata,
         };
         let config = BTreeMap::from([("toml".to_owned(), self.config_toml.clone())]);
-        let mut records = vec![record("gtfdi.run", run), record("gtfdi.config", config)];
+        let mut records = vec![record(RUN_RECORD, run), record("gtfdi.config", config)];
         if let Some(sha256) = &self.data_sha256 {
             let data = BTreeMap::from([("input_sha256".to_owned(), sha256.clone())]);
             records.push(record("gtfdi.data", data));
@@ -62,9 +76,25 @@ impl RunMetadata {
     }
 }
 
+/// What the chunks of a log are packed with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LogCompression {
+    /// Nothing: fastest to write.
+    None,
+    /// LZ4: little smaller on readings of sensors, and quick.
+    Lz4,
+    /// Zstandard: the smallest.
+    #[default]
+    Zstd,
+}
+
 /// A topic of doubles, for [`LogWriter::write`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TopicId(usize);
+
+/// A topic of qualities, for [`LogWriter::write_quality`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct QualityTopicId(usize);
 
 /// A topic of JSON, for [`LogWriter::write_json`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -79,7 +109,7 @@ struct Topic {
     sequence: u32,
 }
 
-/// Writes an MCAP log: profile "", zstd, Protobuf messages of `optional double` fields.
+/// Writes an MCAP log: profile "", zstd unless asked otherwise, Protobuf messages of `optional double` fields.
 ///
 /// The file is `NAME.part` until [`LogWriter::finish`]; dropped before that, it is removed. No
 /// path, clock or number of threads enters the bytes: the same calls give the same file. That
@@ -101,11 +131,27 @@ impl LogWriter {
     /// # Errors
     /// [`LogError::Io`], [`LogError::Directory`] or [`LogError::Write`].
     pub fn create(path: &Path, run: &RunMetadata) -> Result<Self, LogError> {
+        Self::create_with(path, run, LogCompression::default())
+    }
+
+    /// As [`LogWriter::create`], with another compression.
+    ///
+    /// # Errors
+    /// As [`LogWriter::create`].
+    pub fn create_with(
+        path: &Path,
+        run: &RunMetadata,
+        compression: LogCompression,
+    ) -> Result<Self, LogError> {
         let (part, file) = Part::create(path)?;
         let options = WriteOptions::new()
             .profile("")
             .library(concat!("gt-log/", env!("CARGO_PKG_VERSION")))
-            .compression(Some(Compression::Zstd))
+            .compression(match compression {
+                LogCompression::None => None,
+                LogCompression::Lz4 => Some(Compression::Lz4),
+                LogCompression::Zstd => Some(Compression::Zstd),
+            })
             // Other counts would make the bytes depend on the machine.
             .compression_threads(0)
             // The Python reader that seeks fails without them.
@@ -183,6 +229,39 @@ impl LogWriter {
         sample_period_s: f64,
         asset: &str,
     ) -> Result<TopicId, LogError> {
+        let number = self.add_fields(
+            (topic, message, FieldKind::Double),
+            fields,
+            sample_period_s,
+            asset,
+        )?;
+        Ok(TopicId(number))
+    }
+
+    /// Adds a topic whose messages say of each of `fields` how good its sample is.
+    ///
+    /// # Errors
+    /// As [`LogWriter::add_topic`].
+    pub fn add_quality_topic(
+        &mut self,
+        topic: &str,
+        fields: &[Signal],
+        sample_period_s: f64,
+        asset: &str,
+    ) -> Result<QualityTopicId, LogError> {
+        let kind = FieldKind::Enumeration("SampleQuality", Quality::NAMES);
+        let number = self.add_fields((topic, "Quality", kind), fields, sample_period_s, asset)?;
+        Ok(QualityTopicId(number))
+    }
+
+    /// Adds a topic with a field of one kind for each signal.
+    fn add_fields(
+        &mut self,
+        (topic, message, kind): (&str, &str, FieldKind),
+        fields: &[Signal],
+        sample_period_s: f64,
+        asset: &str,
+    ) -> Result<usize, LogError> {
         self.check_new(topic, message)?;
         if !(sample_period_s.is_finite() && sample_period_s > 0.0) {
             return Err(LogError::SampleTime {
@@ -198,7 +277,7 @@ impl LogWriter {
             return Err(LogError::DuplicateField { topic, field });
         }
         let tags: Vec<&str> = fields.iter().map(|field| field.name.as_str()).collect();
-        let schema = MessageSchema::new(message, &tags);
+        let schema = MessageSchema::new(message, &tags, kind);
         let by_name = |value: fn(&Signal) -> &String| -> String {
             let pairs = schema.names.iter().zip(fields);
             let map: serde_json::Map<String, serde_json::Value> = pairs
@@ -218,7 +297,7 @@ impl LogWriter {
             "protobuf",
             &metadata,
         )?;
-        Ok(TopicId(self.push(topic, channel_id, schema.numbers)))
+        Ok(self.push(topic, channel_id, schema.numbers))
     }
 
     /// Adds a topic of JSON messages, for what is rare and rich in text (`/fdi/diagnosis`,
@@ -235,11 +314,22 @@ impl LogWriter {
     ) -> Result<JsonTopicId, LogError> {
         self.check_new(topic, message)?;
         let name = format!("{}.{message}", crate::schema::PACKAGE);
+        self.add_json_schema(topic, &name, json_schema, asset)
+    }
+
+    /// Adds a topic of JSON messages with the full name of their schema.
+    pub(crate) fn add_json_schema(
+        &mut self,
+        topic: &str,
+        name: &str,
+        json_schema: &serde_json::Value,
+        asset: &str,
+    ) -> Result<JsonTopicId, LogError> {
         let metadata = BTreeMap::from([("asset".to_owned(), asset.to_owned())]);
         let text = json_schema.to_string();
         let channel_id = self.add_channel(
             topic,
-            ("jsonschema", &name, text.as_bytes()),
+            ("jsonschema", name, text.as_bytes()),
             "json",
             &metadata,
         )?;
@@ -273,6 +363,23 @@ impl LogWriter {
         values: &[Option<f64>],
     ) -> Result<(), LogError> {
         self.write_fields(topic, time_ns, values.len(), values.iter().copied())
+    }
+
+    /// Writes how good the sample of each field is.
+    ///
+    /// # Errors
+    /// As [`LogWriter::write`].
+    pub fn write_quality(
+        &mut self,
+        topic: QualityTopicId,
+        time_ns: u64,
+        qualities: &[Quality],
+    ) -> Result<(), LogError> {
+        let known = self.known(topic.0, qualities.len())?;
+        self.buffer.clear();
+        let values = qualities.iter().map(|own| own.number());
+        message::encode_values(&self.topics[known].numbers, values, &mut self.buffer);
+        self.send(known, time_ns)
     }
 
     /// Writes a JSON message.
@@ -320,6 +427,11 @@ impl LogWriter {
             .into_inner()
             .map_err(|failed| LogError::io(part.target(), "write", failed.into_error()))?;
         part.publish(file)
+    }
+
+    /// The file's final name.
+    pub(crate) fn path(&self) -> &Path {
+        self.part.target()
     }
 
     /// The bytes that are in the file so far.
@@ -385,21 +497,26 @@ impl LogWriter {
         count: usize,
         values: impl Iterator<Item = Option<f64>>,
     ) -> Result<(), LogError> {
-        let expected = self.topics.len();
-        let known = self.topics.get(topic.0).ok_or(LogError::ForeignTopic {
-            expected,
-            found: topic.0,
-        })?;
-        if known.numbers.len() != count {
-            return Err(LogError::FieldCount {
-                topic: known.name.clone(),
-                expected: known.numbers.len(),
-                found: count,
-            });
-        }
+        let known = self.known(topic.0, count)?;
         self.buffer.clear();
-        message::encode(&known.numbers, values, &mut self.buffer);
-        self.send(topic.0, time_ns)
+        message::encode(&self.topics[known].numbers, values, &mut self.buffer);
+        self.send(known, time_ns)
+    }
+
+    /// The number of a topic that is there and has as many fields.
+    fn known(&self, topic: usize, count: usize) -> Result<usize, LogError> {
+        let known = self.topics.get(topic).ok_or(LogError::ForeignTopic {
+            expected: self.topics.len(),
+            found: topic,
+        })?;
+        if known.numbers.len() == count {
+            return Ok(topic);
+        }
+        Err(LogError::FieldCount {
+            topic: known.name.clone(),
+            expected: known.numbers.len(),
+            found: count,
+        })
     }
 
     /// Writes the buffer as a message.

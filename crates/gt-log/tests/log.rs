@@ -20,6 +20,7 @@ fn run() -> RunMetadata {
         run_index: Some(3),
         config_toml: "variant = \"prototype\"\n".to_owned(),
         data_sha256: Some("ab".repeat(32)),
+        ..RunMetadata::default()
     }
 }
 

@@ -65,7 +65,7 @@ fn topics_hold_inputs_outputs_and_what_no_sensor_measures() {
         assert_eq!(truth.y().rows(nu + ny, 3), run.hidden);
         assert_eq!(measured.y().rows(nu, ny), *run.measured.y());
         let info = info(&log.0.path().join("run.mcap")).unwrap();
-        assert_eq!(info.topics.len(), 2);
+        assert_eq!(info.topics.len(), 3);
     }
 }
 

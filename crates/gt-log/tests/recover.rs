@@ -310,9 +310,11 @@ fn a_damaged_attachment_is_left_out_and_named() {
 #[test]
 fn a_changed_record_without_a_checksum_is_told_by_that_of_the_data() {
     let (_, whole, _) = flushed(6, 6);
-    let place = whole.windows(7).position(|own| own == b"version").unwrap();
+    // The key after its length, and then the value after its own.
+    let key = b"\x07\0\0\0version";
+    let place = whole.windows(11).position(|own| own == key).unwrap();
     let mut bytes = whole.clone();
-    bytes[place + 12] ^= 1;
+    bytes[place + 16] ^= 1;
     let (recovery, found) = mend(&bytes).unwrap();
     assert_eq!(found, expected(6));
     assert!(!recovery.sound);

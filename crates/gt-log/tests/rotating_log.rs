@@ -415,3 +415,83 @@ fn options_that_cannot_be_are_named() {
     write(&mut log, 0);
     log.finish().unwrap();
 }
+
+/// A small disk in memory, where this process may mount one.
+#[cfg(target_os = "linux")]
+struct SmallDisk(tempfile::TempDir);
+
+#[cfg(target_os = "linux")]
+impl SmallDisk {
+    fn new(bytes: u64) -> Option<Self> {
+        let folder = tempdir().unwrap();
+        let size = format!("size={bytes}");
+        let mut mount = std::process::Command::new("mount");
+        mount
+            .args(["-t", "tmpfs", "-o", &size, "tmpfs"])
+            .arg(folder.path());
+        let done = mount.stderr(std::process::Stdio::null()).status();
+        done.is_ok_and(|own| own.success()).then_some(Self(folder))
+    }
+}
+
+#[cfg(target_os = "linux")]
+impl Drop for SmallDisk {
+    fn drop(&mut self) {
+        let _ = std::process::Command::new("umount")
+            .arg(self.0.path())
+            .status();
+    }
+}
+
+/// The disk is really full: whole files stay whole, what was flushed of the open one is recovered, and
+/// with room again the log goes on.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_disk_that_runs_full_costs_no_whole_file() {
+    let Some(disk) = SmallDisk::new(256 << 10) else {
+        println!("skipped: a_disk_that_runs_full_costs_no_whole_file may not mount a small disk");
+        return;
+    };
+    let folder = disk.0.path();
+    let mut log = RotatingLog::create(options(folder), head()).unwrap();
+    // Files of 10 s, some kilobytes each; flushed like a live log, so that the error comes at a tick
+    // or a message.
+    let (mut k, mut failed) = (0, None);
+    while failed.is_none() && k < 100_000 {
+        failed = log
+            .write(0, at(k), &[Some(value(k)), None])
+            .and_then(|()| log.tick(at(k)))
+            .err();
+        k += 1;
+    }
+    let error = failed.unwrap();
+    assert!(matches!(error, LogError::NoSpace { .. }), "{k}: {error}");
+    assert!(
+        error
+            .to_string()
+            .ends_with("make room, files that are whole stay whole"),
+        "{error}"
+    );
+    let files = names(folder);
+    let whole: Vec<&String> = files
+        .iter()
+        .filter(|name| name.ends_with(".mcap"))
+        .collect();
+    assert!(whole.len() > 3, "{files:?}");
+    for name in &whole {
+        assert!(verify(&folder.join(name)).unwrap().sound, "{name}");
+    }
+    // Room again.
+    fs::remove_file(folder.join(whole[0])).unwrap();
+    fs::remove_file(folder.join(whole[1])).unwrap();
+    let next = k + 100;
+    write(&mut log, next);
+    log.finish().unwrap();
+    let last = names(folder);
+    let last = last
+        .iter()
+        .filter(|name| name.ends_with(".mcap"))
+        .max()
+        .unwrap();
+    assert_eq!(values(&folder.join(last)), expected(next..next + 1));
+}

@@ -1,12 +1,13 @@
 //! Process disturbances: what acts on the plant and is recorded nowhere.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::PlantError;
 use crate::boundary::Fluctuation;
 
 /// The process disturbances of a run, constant over each sample. Left out, there are none.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Disturbance {
     /// Heat release of the combustor, share of what the fuel gives.

@@ -6,6 +6,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::PlantError;
@@ -33,7 +34,7 @@ use crate::variant::Variant;
 /// shows the signature of the paper's Table 9, with its features and graded at one half; no reading
 /// of raw effects shows that of Table 2. `Axial` has exponents usual for an axial machine and does
 /// not show all of Table 9. A claim that holds with both rests on no such choice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MapSet {
     /// `aPR, am, s0 = 1.2, 0.4, 0.5` (assumed, chosen for the signature).

@@ -1,5 +1,6 @@
 //! A scenario: everything that determines a run.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::boundary::Boundary;
@@ -21,8 +22,9 @@ const MOST_SAMPLES: usize = 2_000_000;
 
 /// Everything that determines a run. Fields that a file leaves out keep their defaults; the profile
 /// is a name or a table of fields, read for the variant of the file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "ScenarioText")]
+#[schemars(into = "ScenarioText")]
 pub struct Scenario {
     /// Which machine.
     pub variant: Variant,

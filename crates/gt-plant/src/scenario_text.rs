@@ -1,6 +1,7 @@
 //! A scenario as a file gives it: its profile means something once the variant is known, which may
 //! stand before or after it.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::boundary::Boundary;
@@ -14,7 +15,7 @@ use crate::sensors::Noise;
 use crate::{PlantError, Variant};
 
 /// The fields of [`Scenario`] in a file.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct ScenarioText {
     variant: Variant,

@@ -112,7 +112,7 @@ impl PyRun {
             seed: Some(self.scenario.seed),
             run_index: Some(self.scenario.run_index),
             config_toml: self.config()?,
-            data_sha256: None,
+            ..RunMetadata::default()
         };
         let run = Run {
             truth: Dataset::clone(&self.truth),

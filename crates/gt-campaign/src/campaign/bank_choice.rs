@@ -1,9 +1,11 @@
 //! What watches the records: a bank of a file, or tests that are still to be calibrated.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::path::PathBuf;
 
 use gtfdi::fdi::ThresholdRule;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -76,7 +78,7 @@ impl Default for TestFamily {
 }
 
 /// The table of a file, before it is one or the other.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct BankTable {
     arl0_h: Option<f64>,
@@ -111,6 +113,18 @@ impl BankTable {
 impl Default for BankChoice {
     fn default() -> Self {
         Self::Tests(TestFamily::default())
+    }
+}
+
+impl JsonSchema for BankChoice {
+    fn schema_name() -> Cow<'static, str> {
+        "BankChoice".into()
+    }
+
+    /// A file's name or a table.
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let table = generator.subschema_for::<BankTable>();
+        json_schema!({"anyOf": [{"type": "string"}, table]})
     }
 }
 

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use gtfdi::plant::{Exponential, Fault, FaultCase, Intermittent, Ramp, Shape, Step, Target};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -10,11 +11,12 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 const HOUR_S: f64 = 3600.0;
 
 /// A fault with the range of its size.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaultPlan {
     /// Which of the plant's cases, by its number or its name.
     #[serde(deserialize_with = "case", serialize_with = "case_name")]
+    #[schemars(schema_with = "case_schema")]
     pub case: FaultCase,
     /// The range of its size, in the case's unit.
     pub size: SizeRange,
@@ -27,7 +29,7 @@ pub struct FaultPlan {
 }
 
 /// A range with the distribution within it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SizeRange {
     /// Every size is as likely as any other.
@@ -37,7 +39,7 @@ pub enum SizeRange {
 }
 
 /// The sign of a fault.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sign {
     /// As the size.
@@ -50,7 +52,7 @@ pub enum Sign {
 }
 
 /// How a fault goes with time.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum FaultShape {
     /// Its size at once.
@@ -167,6 +169,14 @@ fn case<'de, D: Deserializer<'de>>(from: D) -> Result<FaultCase, D::Error> {
     }
 
     from.deserialize_any(NumberOrName)
+}
+
+/// A number or a name.
+fn case_schema(_: &mut SchemaGenerator) -> Schema {
+    let last = FaultCase::ALL.len();
+    json_schema!({
+        "anyOf": [{"type": "integer", "minimum": 1, "maximum": last}, {"enum": FaultCase::NAMES}]
+    })
 }
 
 #[expect(

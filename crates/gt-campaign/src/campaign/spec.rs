@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use gtfdi::fdi::Waveform;
 use gtfdi::plant::{MapSet, NoiseLevel, Scenario};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
@@ -48,7 +49,7 @@ use crate::error::CampaignError;
 /// tests = [{ statistic = "cusum", allowance = 0.5 }]
 /// # isolator = true                    # in place of tests: names the fault, its onset and its size
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Spec {
     /// Seed of all records and of what is drawn.
@@ -74,7 +75,7 @@ pub struct Spec {
 }
 
 /// The plant of a campaign: the prototype.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlantPlan {
     /// The maps.
@@ -106,7 +107,7 @@ impl Default for PlantPlan {
 }
 
 /// The records of a campaign.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RecordPlan {
     /// Length of every record in seconds.
@@ -120,7 +121,7 @@ pub struct RecordPlan {
 }
 
 /// How a model is identified.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ModelMethod {
     /// Errors in variables by maximum likelihood, with Kalman filters for the noise found.
@@ -130,7 +131,7 @@ pub enum ModelMethod {
 }
 
 /// How the plant is identified.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ModelPlan {
     /// By which method; errors in variables where the sensors are noisy, else least squares.
@@ -194,7 +195,7 @@ impl ModelPlan {
 }
 
 /// A statistic with its options, as in a file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TestPlanText {
     /// Its name, as on the command line.
@@ -210,6 +211,7 @@ pub struct TestPlanText {
     pub allowance: Option<f64>,
     /// The fault that a likelihood ratio looks for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<String>")]
     pub waveform: Option<Waveform>,
     /// Its smallest and largest size.
     #[serde(default, skip_serializing_if = "Option::is_none")]

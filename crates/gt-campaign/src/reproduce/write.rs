@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use gt_log::{ModelFile, RunMetadata, write_atomically, write_json, write_run, write_verdicts};
+use gt_log::{
+    LoggedModel, ModelFile, RunMetadata, write_atomically, write_json, write_run, write_verdicts,
+};
 use rayon::prelude::*;
 
 use super::Reproduction;
@@ -49,6 +51,7 @@ impl Reproduction {
             let path = logs.join(format!("{}.mcap", record.plan.name));
             write_run(&path, &record.run, &metadata(record)?).map_err(CampaignError::from)
         })?;
+        let models_of_bank = self.logged_models()?;
         let paper = &self.records[0];
         let judged = paper.faults.iter().zip(&self.fault_runs);
         let judged = judged.chain(
@@ -63,12 +66,16 @@ impl Reproduction {
             .try_for_each(|(record, run)| {
                 let path = logs.join(format!("{}_verdicts.mcap", record.plan.name));
                 let data = record.select(&detection::tags())?;
-                write_verdicts(&path, &self.bank, &data, run, &metadata(record)?)
+                let metadata = RunMetadata {
+                    models: models_of_bank.clone(),
+                    ..metadata(record)?
+                };
+                write_verdicts(&path, &self.bank, &data, run, &metadata)
                     .map_err(CampaignError::from)
             })?;
-        for identified in &self.models {
+        for (identified, logged) in self.models.iter().zip(&models_of_bank) {
             let path = models.join(format!("{}.json", identified.monitored.tag));
-            write_json(&path, &ModelFile::arx(identified.model.clone(), None)?)?;
+            write_json(&path, &logged.file)?;
         }
         write_json(&models.join("bank.json"), &self.bank)?;
         for figure in &self.figures {
@@ -90,11 +97,26 @@ impl Reproduction {
     }
 }
 
+impl Reproduction {
+    /// The models of the bank, with their fits on the record of identification.
+    fn logged_models(&self) -> Result<Vec<LoggedModel>, CampaignError> {
+        let models = self.models.iter().map(|identified| {
+            let fits = &identified.validations[0].outputs;
+            Ok(LoggedModel {
+                file: ModelFile::arx(identified.model.clone(), None)?,
+                fit_prediction_percent: fits.iter().map(|own| own.fit_prediction_percent).collect(),
+                fit_simulation_percent: fits.iter().map(|own| own.fit_simulation_percent).collect(),
+            })
+        });
+        models.collect()
+    }
+}
+
 fn metadata(record: &Record) -> Result<RunMetadata, CampaignError> {
     Ok(RunMetadata {
         seed: Some(record.plan.scenario.seed),
         run_index: Some(record.plan.scenario.run_index),
         config_toml: toml::to_string(&record.plan.scenario)?,
-        data_sha256: None,
+        ..RunMetadata::default()
     })
 }

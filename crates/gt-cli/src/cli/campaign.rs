@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::integer;
-use crate::config::Alternatives;
+use crate::config::VerbOptions;
 
 /// `gtfdi campaign`.
-#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
 Example: gtfdi campaign drift.toml --out drift
@@ -34,4 +35,4 @@ pub struct CampaignArgs {
     pub compare: Option<Vec<PathBuf>>,
 }
 
-impl Alternatives for CampaignArgs {}
+impl VerbOptions for CampaignArgs {}

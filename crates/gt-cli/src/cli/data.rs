@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::integer;
-use crate::config::Alternatives;
+use crate::config::VerbOptions;
 
 /// How a data file is read.
-#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub struct DataArgs {
     /// Time column [default: a column named time, t or timestamp]
@@ -83,7 +84,7 @@ pub struct DataArgs {
 }
 
 /// What missing samples and gaps in time do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum MissingSamples {
     /// The record is refused
@@ -93,7 +94,7 @@ pub enum MissingSamples {
 }
 
 /// Decimal signs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum DecimalSign {
     /// 1.5
@@ -103,7 +104,7 @@ pub enum DecimalSign {
 }
 
 /// What the rows of a table are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TableLayout {
     /// A row for each time
@@ -113,7 +114,7 @@ pub enum TableLayout {
 }
 
 /// What stands for a sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ResampleBy {
     /// The mean of the readings from its time to before the next one's
@@ -132,7 +133,7 @@ pub enum DataCommand {
 }
 
 /// `gtfdi data check`.
-#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
 Example: gtfdi data check export.csv --inputs valve --outputs flow,level
@@ -154,4 +155,4 @@ pub struct DataCheckArgs {
     pub reading: DataArgs,
 }
 
-impl Alternatives for DataCheckArgs {}
+impl VerbOptions for DataCheckArgs {}

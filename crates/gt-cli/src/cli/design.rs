@@ -3,14 +3,15 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{DataArgs, count, integer};
-use crate::config::Alternatives;
+use crate::config::VerbOptions;
 use crate::row_range::RowRange;
 
 /// Residual generators.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GeneratorKind {
     /// Output observers, one an output (eq. 22 of the paper)
@@ -21,7 +22,7 @@ pub enum GeneratorKind {
 }
 
 /// Evaluation statistics.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Statistic {
     /// The residual's modulus against a fixed threshold (eq. 26 of the paper)
@@ -43,7 +44,7 @@ pub enum Statistic {
 }
 
 /// Which residuals are tested.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WatchKind {
     /// Each output's by itself
@@ -55,7 +56,7 @@ pub enum WatchKind {
 }
 
 /// The faults that a likelihood ratio looks for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WaveformKind {
     /// A deviation that grows steadily
@@ -65,7 +66,7 @@ pub enum WaveformKind {
 }
 
 /// What an observer's poles are chosen by.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PoleCriterion {
     /// V': the energy of the healthy residuals over that of all that the fault adds to them
@@ -76,7 +77,7 @@ pub enum PoleCriterion {
 }
 
 /// How an observer's poles are searched for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PoleSearchKind {
     /// Descents by sequential quadratic programming from many starts
@@ -86,7 +87,7 @@ pub enum PoleSearchKind {
 }
 
 /// `gtfdi design`.
-#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
 Example: gtfdi design --model model.json --healthy healthy.mcap --poles 0.7 --margin 1.2 \
@@ -272,7 +273,15 @@ pub struct DesignArgs {
     pub out: Option<PathBuf>,
 }
 
-impl Alternatives for DesignArgs {
+impl VerbOptions for DesignArgs {
     const ALTERNATIVES: &'static [&'static [&'static str]] =
         &[&["exceedance"], &["margin"], &["arl0"]];
+
+    fn defaults() -> Self {
+        Self {
+            generator: Some(GeneratorKind::Observer),
+            statistic: Some(Statistic::Threshold),
+            ..Self::default()
+        }
+    }
 }

@@ -3,14 +3,15 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::DataArgs;
-use crate::config::Alternatives;
+use crate::config::VerbOptions;
 use crate::row_range::RowRange;
 
 /// What turns a finished detection into exit code 3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum FailOn {
     /// Any alarm
@@ -18,7 +19,7 @@ pub enum FailOn {
 }
 
 /// `gtfdi detect`.
-#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
 Example: gtfdi detect --bank bank.json today.csv --json --out verdicts.mcap --fail-on alarm")]
@@ -44,4 +45,4 @@ pub struct DetectArgs {
     pub out: Option<PathBuf>,
 }
 
-impl Alternatives for DetectArgs {}
+impl VerbOptions for DetectArgs {}

@@ -3,14 +3,15 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{DataArgs, count, one_or_many};
-use crate::config::Alternatives;
+use super::{DataArgs, count, one_or_many, one_or_many_schema};
+use crate::config::VerbOptions;
 use crate::row_range::RowRange;
 
 /// Identification methods.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// Equation-error least squares: the inputs are exact
@@ -22,7 +23,7 @@ pub enum Method {
 }
 
 /// How the Frisch scheme chooses among the admissible noise variances.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Criterion {
     /// The relation holds one sample later too
@@ -34,7 +35,7 @@ pub enum Criterion {
 }
 
 /// Model structures.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Structure {
     /// Guidorzi's canonical form (eq. 7-9 of the paper)
@@ -46,7 +47,7 @@ pub enum Structure {
 }
 
 /// What is assumed of the equation errors of several outputs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ErrorModel {
     /// Each output is fitted by itself
@@ -56,7 +57,7 @@ pub enum ErrorModel {
 }
 
 /// How least-squares problems are solved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LeastSquaresSolver {
     /// By QR factorisation in blocks of rows
@@ -66,7 +67,7 @@ pub enum LeastSquaresSolver {
 }
 
 /// What is done to a fitted model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Refinement {
     /// The error of the free run is lowered, where rows that the fit did not see agree
@@ -74,7 +75,7 @@ pub enum Refinement {
 }
 
 /// `gtfdi identify`.
-#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
 Example: gtfdi identify run.mcap --inputs a_v,M_f --outputs q_c --order 8 --nk 0 --out model.json
@@ -88,6 +89,7 @@ pub struct IdentifyArgs {
     /// another
     #[arg(value_name = "DATA")]
     #[serde(default, deserialize_with = "one_or_many")]
+    #[schemars(schema_with = "one_or_many_schema")]
     pub data: Option<Vec<PathBuf>>,
     /// Input tags, comma separated; globs allowed (xmv*)
     #[arg(long, env = "GTFDI_INPUTS", value_delimiter = ',')]
@@ -194,7 +196,14 @@ pub struct IdentifyArgs {
     pub out: Option<PathBuf>,
 }
 
-impl Alternatives for IdentifyArgs {
+impl VerbOptions for IdentifyArgs {
     const ALTERNATIVES: &'static [&'static [&'static str]] =
         &[&["order"], &["na", "nb"], &["indices"]];
+
+    fn defaults() -> Self {
+        Self {
+            method: Some(Method::Arx),
+            ..Self::default()
+        }
+    }
 }

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::config::Alternatives;
+use crate::config::VerbOptions;
 use crate::row_range::RowRange;
 
 /// Verbs on logs.
@@ -37,7 +38,7 @@ pub enum LogCommand {
 }
 
 /// `gtfdi log recover`.
-#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
 Example: gtfdi log recover run.mcap.part --out run.mcap
@@ -55,10 +56,10 @@ pub struct RecoverArgs {
     pub out: Option<PathBuf>,
 }
 
-impl Alternatives for RecoverArgs {}
+impl VerbOptions for RecoverArgs {}
 
 /// `gtfdi log export`.
-#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
 Example: gtfdi log export run.mcap --topic /plant/measured --out run.csv
@@ -93,10 +94,18 @@ pub struct ExportArgs {
     pub out: Option<PathBuf>,
 }
 
-impl Alternatives for ExportArgs {}
+impl VerbOptions for ExportArgs {
+    fn defaults() -> Self {
+        Self {
+            topic: Some(gt_log::DEFAULT_TOPIC.to_owned()),
+            time: Some(TimeFormat::Iso),
+            ..Self::default()
+        }
+    }
+}
 
 /// How a CSV file has the time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum TimeFormat {
     /// ISO 8601 in UTC, to the nanosecond

@@ -4,6 +4,7 @@
 //! another (see [`crate::config`]).
 
 mod campaign;
+mod config;
 mod data;
 mod design;
 mod detect;
@@ -18,10 +19,12 @@ use std::path::PathBuf;
 
 use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::config::Alternatives;
+use crate::config::VerbOptions;
 pub use campaign::CampaignArgs;
+pub use config::ConfigCommand;
 pub use data::{
     DataArgs, DataCheckArgs, DataCommand, DecimalSign, MissingSamples, ResampleBy, TableLayout,
 };
@@ -60,6 +63,17 @@ fn one_or_many<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Vec<PathBuf>
         OneOrMany::One(path) => vec![path],
         OneOrMany::Many(paths) => paths,
     }))
+}
+
+/// The schema of such a list.
+fn one_or_many_schema(_: &mut SchemaGenerator) -> Schema {
+    json_schema!({
+        "anyOf": [
+            {"type": "string"},
+            {"type": "array", "items": {"type": "string"}},
+            {"type": "null"}
+        ]
+    })
 }
 
 /// Model-based fault diagnosis: simulate, identify, design, detect.
@@ -140,6 +154,9 @@ pub enum Command {
     /// Look into, check, mend and export MCAP logs
     #[command(subcommand)]
     Log(LogCommand),
+    /// Write, check and describe the TOML files that verbs read
+    #[command(subcommand)]
+    Config(ConfigCommand),
     /// Print a script that completes options in a shell
     ///
     /// Example: gtfdi completions bash > ~/.local/share/bash-completion/completions/gtfdi
@@ -158,7 +175,7 @@ pub enum Command {
 }
 
 /// `gtfdi reproduce`.
-#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "Example: gtfdi reproduce --out out, then open out/index.html")]
 pub struct ReproduceArgs {
@@ -174,4 +191,12 @@ pub struct ReproduceArgs {
     pub full: Option<bool>,
 }
 
-impl Alternatives for ReproduceArgs {}
+impl VerbOptions for ReproduceArgs {
+    fn defaults() -> Self {
+        Self {
+            out: Some(PathBuf::from("out")),
+            seed: Some(1),
+            full: Some(false),
+        }
+    }
+}

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{DataArgs, count, one_or_many};
-use crate::config::Alternatives;
+use super::{DataArgs, count, one_or_many, one_or_many_schema};
+use crate::config::VerbOptions;
 use crate::row_range::RowRange;
 
 /// Verbs on model files.
@@ -25,7 +26,7 @@ pub enum ModelCommand {
 }
 
 /// `gtfdi model check`.
-#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
 Example: gtfdi model check model.json fresh.csv --significance 0.01
@@ -38,6 +39,7 @@ pub struct CheckArgs {
     /// Records to check the model on, .csv, .parquet or .mcap
     #[arg(value_name = "DATA")]
     #[serde(default, deserialize_with = "one_or_many")]
+    #[schemars(schema_with = "one_or_many_schema")]
     pub data: Option<Vec<PathBuf>>,
     /// How the records are read.
     #[command(flatten)]
@@ -59,4 +61,4 @@ pub struct CheckArgs {
     pub significance: Option<f64>,
 }
 
-impl Alternatives for CheckArgs {}
+impl VerbOptions for CheckArgs {}

@@ -3,13 +3,15 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{count, integer};
-use crate::config::Alternatives;
+use crate::config::VerbOptions;
+use gtfdi::plant::Scenario;
 
 /// `gtfdi simulate`.
-#[derive(Debug, Clone, Default, Args, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
 Example: gtfdi simulate --seconds 60 --seed 3 --out run.mcap
@@ -74,6 +76,20 @@ pub struct SimulateArgs {
     pub out: Option<PathBuf>,
 }
 
-impl Alternatives for SimulateArgs {
+impl VerbOptions for SimulateArgs {
     const BASE_FILE: Option<&'static str> = Some("scenario");
+
+    fn defaults() -> Self {
+        Self {
+            variant: Some("prototype".into()),
+            map_set: Some("paper".into()),
+            profile: Some("standard".into()),
+            noise: Some("low".into()),
+            seconds: Some(60.0),
+            seed: Some(1),
+            run_index: Some(0),
+            substeps: Some(Scenario::default().substeps),
+            ..Self::default()
+        }
+    }
 }

@@ -46,7 +46,7 @@ fn listen() {
 
 /// Runs the verb.
 pub fn run(args: &CampaignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
-    let Some(args) = layered("campaign", args, &CampaignArgs::default(), global)? else {
+    let Some(args) = layered("campaign", args, global)? else {
         return Ok(Outcome::Done);
     };
     if let Some(folders) = &args.compare {

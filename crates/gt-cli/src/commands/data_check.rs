@@ -27,8 +27,7 @@ struct Report<'a> {
 
 /// Runs the verb.
 pub fn run(args: &DataCheckArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
-    let defaults = DataCheckArgs::default();
-    let Some(args) = layered("data-check", args, &defaults, global)? else {
+    let Some(args) = layered("data-check", args, global)? else {
         return Ok(Outcome::Done);
     };
     let path = args

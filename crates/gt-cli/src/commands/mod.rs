@@ -1,6 +1,7 @@
 //! One file a verb.
 
 pub mod campaign;
+pub mod config;
 pub mod data_check;
 pub mod design;
 pub mod detect;

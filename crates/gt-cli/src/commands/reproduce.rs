@@ -1,7 +1,5 @@
 //! `gtfdi reproduce`: the source paper's tables again.
 
-use std::path::PathBuf;
-
 use gt_campaign::{Depth, Reproduction, reproduce};
 
 use crate::Outcome;
@@ -13,12 +11,7 @@ use crate::progress::Shown;
 
 /// Runs the verb.
 pub fn run(args: &ReproduceArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
-    let defaults = ReproduceArgs {
-        out: Some(PathBuf::from("out")),
-        seed: Some(1),
-        full: Some(false),
-    };
-    let Some(args) = layered("reproduce", args, &defaults, global)? else {
+    let Some(args) = layered("reproduce", args, global)? else {
         return Ok(Outcome::Done);
     };
     let out = args

@@ -32,20 +32,6 @@ struct Report<'a> {
     out: &'a Path,
 }
 
-fn defaults() -> SimulateArgs {
-    SimulateArgs {
-        variant: Some("prototype".into()),
-        map_set: Some("paper".into()),
-        profile: Some("standard".into()),
-        noise: Some("low".into()),
-        seconds: Some(60.0),
-        seed: Some(1),
-        run_index: Some(0),
-        substeps: Some(Scenario::default().substeps),
-        ..SimulateArgs::default()
-    }
-}
-
 /// The name of the profile, if it is a named one.
 fn profile_name(scenario: &Scenario) -> Option<&'static str> {
     let variant = scenario.variant;
@@ -57,7 +43,7 @@ fn profile_name(scenario: &Scenario) -> Option<&'static str> {
 
 /// Runs the verb.
 pub fn run(args: &SimulateArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
-    let Some(args) = layered("simulate", args, &defaults(), global)? else {
+    let Some(args) = layered("simulate", args, global)? else {
         return Ok(Outcome::Done);
     };
     let out = args
@@ -87,7 +73,7 @@ pub fn run(args: &SimulateArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         seed: Some(scenario.seed),
         run_index: Some(scenario.run_index),
         config_toml: toml::to_string(&scenario).map_err(Failure::failed)?,
-        data_sha256: None,
+        ..RunMetadata::default()
     };
     gt_log::write_run(&out, &simulated, &metadata).map_err(Failure::failed)?;
 

@@ -346,5 +346,5 @@ fn the_variables_of_other_verbs_are_ignored() {
     ]);
     let ran = Ran::of(&mut command);
     assert_eq!((ran.code, ran.stderr.as_str()), (0, ""));
-    assert_eq!(crate::place::object(&ran.stdout)["messages"], 26);
+    assert_eq!(crate::place::object(&ran.stdout)["messages"], 27);
 }

@@ -72,7 +72,15 @@ fn leaving_a_map_is_said_and_ends_the_run_where_the_map_wants_that() {
     );
     // The log is whole, and says so itself.
     let info = place.json(&["log", "info", "run.mcap"]);
-    assert_eq!(info["messages"], 2 * samples);
+    let messages = |name: &str| {
+        let mut topics = array(&info, "/topics").iter();
+        let topic = topics.find(|topic| topic["topic"] == name).expect(name);
+        topic["messages"].as_u64().expect("a number")
+    };
+    assert_eq!(messages("/plant/measured"), samples);
+    // Why it ended is told on a topic too.
+    let told = warnings(&report).len() + 1;
+    assert_eq!(messages("/log"), u64::try_from(told).expect("a number"));
     assert!((number(&info, "/duration_s") - 0.08 * (samples - 1) as f64).abs() < 1e-9);
     let remarks = array(&info, "/metadata")
         .iter()

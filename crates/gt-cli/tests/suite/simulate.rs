@@ -40,7 +40,9 @@ fn a_minute_has_750_samples_on_both_topics() {
         assert_eq!(topic["first_s"], 0.0);
         assert!((number(topic, "/last_s") - 749.0 * 0.08).abs() < 1e-9);
     }
-    assert_eq!(info["messages"], 1500);
+    // One that says that all samples are good.
+    assert_eq!(topic(&info, "/plant/quality")["messages"], 1);
+    assert_eq!(info["messages"], 1501);
     let metadata = array(&info, "/metadata");
     let run = metadata.iter().find(|record| record["name"] == "gtfdi.run");
     assert_eq!(run.expect("gtfdi.run")["values"]["seed"], "3");

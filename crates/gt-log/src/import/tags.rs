@@ -1,9 +1,11 @@
 //! A map from the tags of a plant to the signals of a record.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use gt_core::Signal;
+use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::Deserialize;
 
 use super::ReadingError;
@@ -32,21 +34,29 @@ pub struct TagMap {
     tags: BTreeMap<String, Rule>,
 }
 
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Rule {
+    /// The signal's name; that of the tag where it is left out.
     name: Option<String>,
+    /// The file's unit.
     unit: Option<String>,
+    /// The record's unit.
     to: Option<String>,
+    /// In place of `to`: what a reading is multiplied with.
     scale: Option<f64>,
+    /// In place of `to`: what is added after that.
     offset: Option<f64>,
+    /// Readings below, in the file's unit, are missing.
     low: Option<f64>,
+    /// Readings above, in the file's unit, are missing.
     high: Option<f64>,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct File {
+    /// What becomes of each tag.
     tags: BTreeMap<String, Rule>,
 }
 
@@ -83,6 +93,17 @@ impl Conversion {
             Change::Unit(from, to) => from.convert(value, to),
             Change::Line(scale, offset) => value * scale + offset,
         })
+    }
+}
+
+impl JsonSchema for TagMap {
+    fn schema_name() -> Cow<'static, str> {
+        "TagMap".into()
+    }
+
+    /// That of the file.
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        File::json_schema(generator)
     }
 }
 

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use rand_chacha::ChaCha12Rng;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::fluctuation::{Fluctuation, OrnsteinUhlenbeck};
@@ -14,7 +15,7 @@ const DEVIATIONS: f64 = 5.0;
 
 /// The deviation of a quantity from its design value over time: the sum of an offset, a ramp, a
 /// sine and a fluctuation, in the unit of the quantity.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Course {
     /// Constant part.
@@ -30,7 +31,7 @@ pub struct Course {
 }
 
 /// A sine that begins at zero.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sine {
     /// Amplitude, in the unit of the quantity; a negative one falls first.

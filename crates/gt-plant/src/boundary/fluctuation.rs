@@ -1,6 +1,7 @@
 //! Fluctuations: Ornstein-Uhlenbeck processes.
 
 use rand_chacha::ChaCha12Rng;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::interval::within;
@@ -9,7 +10,7 @@ use crate::{PlantError, SAMPLE_TIME_S};
 
 /// A normal random process with an exponential correlation, stationary from the first sample on,
 /// so that a record is as disturbed at its beginning as later, however long the time constant.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fluctuation {
     /// Standard deviation, in the unit of the quantity.

@@ -8,6 +8,7 @@ pub(crate) use course::CourseValues;
 pub use course::{Course, Sine};
 pub use fluctuation::Fluctuation;
 pub(crate) use fluctuation::OrnsteinUhlenbeck;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::PlantError;
@@ -15,7 +16,7 @@ use crate::params::DesignPoint;
 
 /// The boundary conditions of a run, as deviations from design; constant over each sample. Left
 /// out, they are those of design.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Boundary {
     /// Ambient temperature `T_a`, K; it stays between 233 and 333 K.

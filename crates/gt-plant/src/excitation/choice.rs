@@ -1,6 +1,7 @@
 //! A profile as a file gives it: a name or a table of fields, either of which means something for
 //! one variant only.
 
+use schemars::JsonSchema;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -9,14 +10,15 @@ use super::profile::Profile;
 use crate::{PlantError, Variant};
 
 /// A name of [`Profile::names`], or fields that replace those of `standard`.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, JsonSchema)]
+#[schemars(untagged)]
 pub(crate) enum ProfileChoice {
     Name(String),
     Fields(Box<Fields>),
 }
 
 /// The fields of a profile in a file.
-#[derive(Debug, Clone, Default, Deserialize)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct Fields {
     valve_amplitude_deg: Given<f64>,
@@ -102,7 +104,7 @@ impl<'de> Deserialize<'de> for ProfileChoice {
 }
 
 /// A field that may be left out, but not be null.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, JsonSchema)]
 struct Given<T>(Option<T>);
 
 impl<T> Given<T> {

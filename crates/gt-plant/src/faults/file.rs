@@ -1,5 +1,6 @@
 //! A fault as a table of a file.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::target::SPIKES_PER_H;
@@ -10,7 +11,7 @@ use crate::PlantError;
 use crate::channel::Channel;
 
 /// The keys of a fault; see [`Fault`].
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(super) struct FaultTable {
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -19,6 +19,7 @@ pub(crate) use course::{Place, repeats, spike_share};
 use std::collections::HashMap;
 
 use gt_core::Signal;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use self::shape::EDGE_S;
@@ -65,7 +66,7 @@ const NOMINAL_RATE_S_PER_H: f64 = 5.0;
 /// (`rate_s_per_h` and `limit_s` for `fuel_actuator_lag`) for their ramp.
 ///
 /// Faults on one target add up.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "file::FaultTable", into = "file::FaultTable")]
 pub struct Fault {
     /// What it acts on.

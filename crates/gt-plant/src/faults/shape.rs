@@ -1,5 +1,6 @@
 //! How a fault's magnitude goes with time.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::PlantError;
@@ -25,7 +26,7 @@ pub enum Shape {
 }
 
 /// See [`Shape::Step`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Step {
     /// The magnitude.
@@ -33,7 +34,7 @@ pub struct Step {
 }
 
 /// See [`Shape::Ramp`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ramp {
     /// How fast the magnitude grows, per hour; negative for one that falls.
@@ -44,7 +45,7 @@ pub struct Ramp {
 }
 
 /// See [`Shape::Exponential`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Exponential {
     /// The magnitude that is approached.
@@ -54,7 +55,7 @@ pub struct Exponential {
 }
 
 /// See [`Shape::Intermittent`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Intermittent {
     /// The magnitude while it is on.

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::FaultCase;
@@ -233,7 +234,9 @@ impl FromStr for Mode {
 }
 
 /// An actuator. In a file it is the name of its demand: `M_f`, `a_v`, `IGV`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(try_from = "String", into = "String")]
 pub enum ActuatorId {
     /// The fuel valve, kg/s.

@@ -1,5 +1,6 @@
 //! One speed line and what is asked of it.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{MapKind, MapRule};
@@ -22,7 +23,7 @@ const CLOSEST: f64 = 1e-6;
 
 /// Points at one corrected speed; the lists are of equal length, 3 to 128. Units stand in the
 /// documentation of [`maps`](super).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpeedLine {
     /// Corrected speed over its design value, above 0 and at most 10.

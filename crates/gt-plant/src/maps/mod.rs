@@ -77,10 +77,11 @@ pub use rule::MapRule;
 pub use table::{Extrapolation, MapKind, SpeedLineTable};
 pub use turbine::{AnalyticTurbineMap, TurbineMap};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Tables that take the place of analytic maps.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tables {
     /// Of the compressor.

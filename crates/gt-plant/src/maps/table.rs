@@ -4,6 +4,7 @@ use std::cell::Cell;
 use std::fmt;
 use std::sync::Arc;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::grid::{Grid, MapValue, ROUNDING};
@@ -13,7 +14,7 @@ use crate::PlantError;
 use crate::real::Real;
 
 /// What a map is of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MapKind {
     /// A compressor: flow falls with the pressure ratio; corrected flow in kg/s.
@@ -35,7 +36,7 @@ impl MapKind {
 
 /// What to do at an operating point outside a map. The table only carries this wish; its values
 /// are continued either way, and whoever reads them asks [`SpeedLineTable::position`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Extrapolation {
     /// An error.
@@ -48,7 +49,7 @@ pub enum Extrapolation {
 /// A map: 2 to 64 [`SpeedLine`]s of strictly rising speed. Format, units and interpolation stand in
 /// the documentation of [`maps`](super). A clone is cheap; two tables are equal when their files
 /// are.
-#[derive(Clone, Serialize, Deserialize)]
+#[derive(Clone, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "Document", into = "Document")]
 pub struct SpeedLineTable {
     extrapolation: Extrapolation,
@@ -62,7 +63,7 @@ struct Map {
 }
 
 /// The file.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Document {
     kind: MapKind,

@@ -1,8 +1,10 @@
 //! The named noise levels.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::str::FromStr;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 
 use crate::PlantError;
@@ -150,6 +152,17 @@ impl TryFrom<String> for NoiseLevel {
 impl From<NoiseLevel> for String {
     fn from(level: NoiseLevel) -> Self {
         level.name().to_owned()
+    }
+}
+
+impl JsonSchema for NoiseLevel {
+    fn schema_name() -> Cow<'static, str> {
+        "NoiseLevel".into()
+    }
+
+    /// Its names.
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({"description": "How noisy the sensors are, by name.", "enum": Self::NAMES})
     }
 }
 

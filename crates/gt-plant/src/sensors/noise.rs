@@ -1,9 +1,11 @@
 //! Noise and resolution of all sensors.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::str::FromStr;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -38,7 +40,7 @@ pub struct Noise {
 }
 
 /// Noise and resolution of one sensor. What is left out is that of the level: white, and exact.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ChannelNoise {
     /// Standard deviation of the noise in the channel's unit, instead of the level's.
@@ -150,7 +152,7 @@ impl FromStr for Noise {
 }
 
 /// The keys of the table.
-#[derive(Serialize, Deserialize)]
+#[derive(Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct Fields {
     #[serde(default)]
@@ -169,6 +171,19 @@ impl Serialize for Noise {
             channels: self.channels.clone(),
         }
         .serialize(serializer)
+    }
+}
+
+impl JsonSchema for Noise {
+    fn schema_name() -> Cow<'static, str> {
+        "Noise".into()
+    }
+
+    /// A name or a table.
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let level = generator.subschema_for::<NoiseLevel>();
+        let fields = generator.subschema_for::<Fields>();
+        json_schema!({"description": "Sensor noise.", "anyOf": [level, fields]})
     }
 }
 

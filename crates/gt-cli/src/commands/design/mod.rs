@@ -184,12 +184,7 @@ fn asked(args: &DesignArgs) -> Result<Asked<'_>, Failure> {
 
 /// Runs the verb.
 pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
-    let defaults = DesignArgs {
-        generator: Some(GeneratorKind::Observer),
-        statistic: Some(Statistic::Threshold),
-        ..DesignArgs::default()
-    };
-    let Some(args) = layered("design", args, &defaults, global)? else {
+    let Some(args) = layered("design", args, global)? else {
         return Ok(Outcome::Done);
     };
     let Asked {

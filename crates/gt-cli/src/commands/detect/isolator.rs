@@ -76,10 +76,10 @@ pub fn detect<'a>(
     }
     if let Some(out) = out {
         let metadata = RunMetadata {
-            seed: None,
-            run_index: None,
             config_toml: super::reading_toml(imported)?,
             data_sha256: Some(imported.sha256.clone()),
+            warnings: warnings.clone(),
+            ..RunMetadata::default()
         };
         write_diagnoses(out, isolator, data, &metadata).map_err(Failure::failed)?;
     }

@@ -62,7 +62,7 @@ struct Report<'a> {
 
 /// Runs the verb.
 pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
-    let Some(args) = layered("detect", args, &DetectArgs::default(), global)? else {
+    let Some(args) = layered("detect", args, global)? else {
         return Ok(Outcome::Done);
     };
     let path = args
@@ -122,10 +122,10 @@ fn detect(
     }
     if let Some(out) = out {
         let metadata = RunMetadata {
-            seed: None,
-            run_index: None,
             config_toml: reading_toml(&imported)?,
             data_sha256: Some(imported.sha256.clone()),
+            warnings: warnings.clone(),
+            ..RunMetadata::default()
         };
         write_verdicts(out, bank, data, &run, &metadata).map_err(Failure::failed)?;
     }

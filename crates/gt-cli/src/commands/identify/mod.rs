@@ -71,11 +71,7 @@ impl Model {
 
 /// Runs the verb.
 pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
-    let defaults = IdentifyArgs {
-        method: Some(Method::Arx),
-        ..IdentifyArgs::default()
-    };
-    let Some(args) = layered("identify", args, &defaults, global)? else {
+    let Some(args) = layered("identify", args, global)? else {
         return Ok(Outcome::Done);
     };
     if let Some(path) = &args.plot {

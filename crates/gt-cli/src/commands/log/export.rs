@@ -22,17 +22,9 @@ struct Report<'a> {
     out: &'a Path,
 }
 
-fn defaults() -> ExportArgs {
-    ExportArgs {
-        topic: Some(gt_log::DEFAULT_TOPIC.to_owned()),
-        time: Some(TimeFormat::Iso),
-        ..ExportArgs::default()
-    }
-}
-
 /// Runs the verb.
 pub fn run(args: &ExportArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
-    let Some(args) = layered("log-export", args, &defaults(), global)? else {
+    let Some(args) = layered("log-export", args, global)? else {
         return Ok(Outcome::Done);
     };
     let file = args

@@ -22,7 +22,7 @@ struct Report<'a> {
 
 /// Runs the verb.
 pub fn run(args: &RecoverArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
-    let Some(args) = layered("log-recover", args, &RecoverArgs::default(), global)? else {
+    let Some(args) = layered("log-recover", args, global)? else {
         return Ok(Outcome::Done);
     };
     let file = args

@@ -47,7 +47,7 @@ struct FindingReport {
 
 /// Runs the verb.
 pub fn check(args: &CheckArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
-    let Some(args) = layered("model-check", args, &CheckArgs::default(), global)? else {
+    let Some(args) = layered("model-check", args, global)? else {
         return Ok(Outcome::Done);
     };
     let path = args

@@ -1,55 +1,42 @@
 //! Flag over environment over `--config` file over default.
 
+mod sections;
+
 use std::path::Path;
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use crate::cli::{
-    CampaignArgs, CheckArgs, DataCheckArgs, DesignArgs, DetectArgs, ExportArgs, GlobalArgs,
-    IdentifyArgs, RecoverArgs, ReproduceArgs, SimulateArgs,
-};
+use crate::cli::GlobalArgs;
 use crate::failure::Failure;
+use crate::toml_text::explained;
+pub use sections::{ConfigFile, SECTIONS, Section, check_choices};
 
-/// Options of which a verb takes one kind only.
-pub trait Alternatives {
+/// The options of a verb.
+pub trait VerbOptions: Default {
     /// Each entry holds the keys of one kind. A layer that has a key of one kind takes those of the
     /// other kinds out of the layers below; a layer with keys of two kinds is refused.
     const ALTERNATIVES: &'static [&'static [&'static str]] = &[];
     /// The key of a file with values of its own for what is not given: where any layer has it, the
     /// defaults are out of force.
     const BASE_FILE: Option<&'static str> = None;
+
+    /// The options that are in force where nobody gives them.
+    fn defaults() -> Self {
+        Self::default()
+    }
 }
 
-/// A configuration file: a section a verb. It is read into this only to be checked, so that
-/// mistakes are reported with their line, in whichever section they are.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-#[expect(dead_code, reason = "checked, not used")]
-struct ConfigFile {
-    simulate: Option<SimulateArgs>,
-    identify: Option<IdentifyArgs>,
-    design: Option<DesignArgs>,
-    detect: Option<DetectArgs>,
-    reproduce: Option<ReproduceArgs>,
-    campaign: Option<CampaignArgs>,
-    model_check: Option<CheckArgs>,
-    log_recover: Option<RecoverArgs>,
-    log_export: Option<ExportArgs>,
-    data_check: Option<DataCheckArgs>,
-}
-
-/// Lays `given` (flags and environment) over the file's `section` over `defaults`.
+/// Lays `given` (flags and environment) over the file's `section` over the defaults.
 ///
 /// Returns `None` after printing the outcome when `--print-config` was given.
 ///
 /// # Errors
 /// An unreadable file, an unknown section or key, a value of the wrong type: each names the file.
-pub fn layered<T: Alternatives + Serialize + DeserializeOwned>(
+pub fn layered<T: VerbOptions + Serialize + DeserializeOwned>(
     section: &str,
     given: &T,
-    defaults: &T,
     global: &GlobalArgs,
 ) -> Result<Option<T>, Failure> {
     let (environment, flags): (Table, Table) = to_table(given)?
@@ -67,7 +54,7 @@ pub fn layered<T: Alternatives + Serialize + DeserializeOwned>(
     let mut table = if has_base {
         Table::new()
     } else {
-        to_table(defaults)?
+        to_table(&T::defaults())?
     };
     if let Some(path) = &global.config {
         lay_over::<T>(&mut table, file).map_err(|error| Failure::in_file(path, error))?;
@@ -84,7 +71,7 @@ pub fn layered<T: Alternatives + Serialize + DeserializeOwned>(
 }
 
 /// Lays `upper` over `lower`, alternatives in mind.
-fn lay_over<T: Alternatives>(lower: &mut Table, upper: Table) -> Result<(), String> {
+fn lay_over<T: VerbOptions>(lower: &mut Table, upper: Table) -> Result<(), String> {
     let mut chosen: Option<(usize, &str)> = None;
     for (kind, keys) in T::ALTERNATIVES.iter().enumerate() {
         for key in keys.iter().copied().filter(|key| upper.contains_key(*key)) {
@@ -123,8 +110,10 @@ fn to_table<T: Serialize>(args: &T) -> Result<Table, Failure> {
 }
 
 fn file_section(path: &Path, section: &str) -> Result<Table, Failure> {
-    let bad = |error: toml::de::Error| Failure::in_file(path, error.to_string().trim_end());
     let text = std::fs::read_to_string(path).map_err(|error| Failure::in_file(path, error))?;
+    let bad = |error: toml::de::Error| {
+        Failure::in_file(path, explained(&error, &schemars::schema_for!(ConfigFile)))
+    };
     toml::from_str::<ConfigFile>(&text).map_err(bad)?;
     let mut whole: Table = toml::from_str(&text).map_err(bad)?;
     Ok(match whole.remove(section) {

@@ -1,0 +1,96 @@
+//! What is wrong with a TOML file, in words that help: with the nearest known key.
+
+use std::collections::BTreeSet;
+
+use schemars::Schema;
+use serde_json::Value;
+
+/// Most edits between a wrong key and one that is offered in its place, as a share of its letters.
+const NEAR: f64 = 0.4;
+
+/// The error of a parser, and where a key or a value is not known the nearest one that is: of those
+/// that the parser names, else of all in the schema.
+pub fn explained(error: &toml::de::Error, schema: &Schema) -> String {
+    let text = error.to_string().trim_end().to_owned();
+    let message = error.message();
+    let (what, rest) = match message.strip_prefix("unknown field `") {
+        Some(rest) => ("key", rest),
+        None => match message.strip_prefix("unknown variant `") {
+            Some(rest) => ("value", rest),
+            None => return text,
+        },
+    };
+    let Some((found, expected)) = rest.split_once('`') else {
+        return text;
+    };
+    // Every second piece between the marks is a name.
+    let named: BTreeSet<String> = expected
+        .split('`')
+        .skip(1)
+        .step_by(2)
+        .map(str::to_owned)
+        .collect();
+    let known = if named.is_empty() {
+        keys(schema)
+    } else {
+        named
+    };
+    match nearest(found, &known) {
+        Some(near) => format!("{text}\nnearest known {what}: `{near}`"),
+        None => text,
+    }
+}
+
+/// The name that is nearest to a wrong one, if any is near.
+pub fn nearest<'a>(found: &str, known: &'a BTreeSet<String>) -> Option<&'a str> {
+    let distance = |name: &str| {
+        let lower = |text: &str| text.to_lowercase().replace('_', "-");
+        strsim::damerau_levenshtein(&lower(found), &lower(name))
+    };
+    let near = known
+        .iter()
+        .map(|name| (distance(name), name.as_str()))
+        .min()?;
+    (near.0 as f64 <= NEAR * found.chars().count() as f64).then_some(near.1)
+}
+
+/// The names of all properties in a schema.
+pub fn keys(schema: &Schema) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    collect(schema.as_value(), &mut found);
+    found
+}
+
+fn collect(value: &Value, found: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(map) => {
+            if let Some(Value::Object(properties)) = map.get("properties") {
+                found.extend(properties.keys().cloned());
+            }
+            map.values().for_each(|inner| collect(inner, found));
+        }
+        Value::Array(items) => items.iter().for_each(|inner| collect(inner, found)),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nearest;
+
+    #[test]
+    fn a_near_name_is_offered_and_a_far_one_is_not() {
+        let known = ["sample-time", "seed", "order"].map(str::to_owned).into();
+        for (found, near) in [
+            ("sample_time", Some("sample-time")),
+            ("sed", Some("seed")),
+            ("ORDER", Some("order")),
+            ("odrer", Some("order")),
+            ("x", None),
+            ("", None),
+            ("colour", None),
+        ] {
+            assert_eq!(nearest(found, &known), near, "{found}");
+        }
+    }
+}
