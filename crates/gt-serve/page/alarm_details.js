@@ -73,6 +73,9 @@ function facts(alarm) {
     .map(([name, value]) => el("div", {}, el("dt", {}, name), el("dd", {}, String(value))));
 }
 
+/** A text that is only a fault's name reads as one. */
+const told = (text) => (text && /^[a-z0-9]+(_[a-z0-9]+)+$/.test(text) ? plainName(text) : text);
+
 async function readEvents(place, alarm) {
   try {
     const { events } = await get(path(["alarms", alarm.id, "events"]));
@@ -80,7 +83,7 @@ async function readEvents(place, alarm) {
       line(
         el("time", { title: fullTime(own.time_ms) }, clock(own.time_ms)),
         EVENTS[own.event] ?? plainName(String(own.event)),
-        [own.by, own.text].filter(Boolean).join(": "),
+        [own.by, told(own.text)].filter(Boolean).join(": "),
       ),
     );
     place.replaceChildren(

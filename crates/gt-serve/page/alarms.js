@@ -56,19 +56,18 @@ class Row {
     const cell = (label) => el("td", { role: "cell", "data-label": label });
     this.cells = [cell("State"), cell("Fault"), cell("Since"), cell("How large"), cell("How sure")];
     this.fault = el("strong");
+    this.more = el("button", { type: "button", class: "more", "aria-expanded": "false", click: () => this.toggle() }, this.fault);
     this.machine = el("a", { href: "#", click: (event) => this.goToMachine(event) });
-    this.about = el("span", { class: "second" });
-    this.cells[1].append(this.fault, el("span", { class: "second" }, this.machine), this.about);
+    this.about = el("span");
+    this.cells[1].append(this.more, el("span", { class: "second" }, this.machine, this.about));
     const button = (label, click) => el("button", { type: "button", click }, label);
     this.buttons = {
       acknowledge: button("Acknowledge", () => ask("acknowledge", this.alarm)),
       shelve: button("Shelve…", () => ask("shelve", this.alarm)),
       unshelve: button("Unshelve…", () => ask("unshelve", this.alarm)),
     };
-    this.more = button("Details", () => this.toggle());
-    this.more.setAttribute("aria-expanded", "false");
     const all = el("td", { role: "cell", class: "actions" });
-    all.append(...Object.values(this.buttons), this.more);
+    all.append(...Object.values(this.buttons));
     this.element = el("tr", { role: "row" }, ...this.cells, all);
     this.inside = el("td", { role: "cell", colspan: "6" });
     this.details = el("tr", { role: "row", class: "details", hidden: true }, this.inside);
@@ -100,7 +99,7 @@ class Row {
     this.element.dataset.alarm = alarm.id;
     this.showState(alarm, band, unseen);
     write(this.fault, headline(alarm));
-    this.fault.title = alarm.fault ?? "";
+    this.more.title = `${alarm.fault ?? alarm.finding}: show or hide the details`;
     write(this.machine, alarm.machine);
     write(this.about, statistic(alarm));
     this.showSince(alarm);
@@ -152,7 +151,6 @@ class Row {
       button.setAttribute("aria-label", `${button.textContent} ${headline(alarm)}, ${alarm.machine}`);
       if (focused && button.hidden) this.more.focus();
     }
-    this.more.setAttribute("aria-label", `Details of ${headline(alarm)}, ${alarm.machine}`);
   }
 }
 
@@ -160,9 +158,10 @@ const second = (text) => (text ? el("span", { class: "second" }, text) : "");
 
 /** Which statistic raised the alarm, and how far above its limit. */
 function statistic(alarm) {
-  if (alarm.statistic === null || alarm.threshold === null) return alarm.source ?? "";
+  const other = alarm.source && alarm.source !== alarm.fault ? alarm.source.replaceAll("_", " ") : null;
+  if (alarm.statistic === null || alarm.threshold === null) return other ? `: ${other}` : "";
   const values = `${number(alarm.statistic, 3)}, limit ${number(alarm.threshold, 3)}`;
-  return alarm.source ? `${plainName(alarm.source)} ${values}` : `statistic ${values}`;
+  return `: ${other ?? "statistic"} ${values}`;
 }
 
 function listed() {

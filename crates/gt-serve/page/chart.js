@@ -38,8 +38,10 @@ function decades(low, high, wanted) {
   return found;
 }
 
-function timeTicks(from, to, wanted) {
-  const step = TIME_STEPS_MS.find((own) => (to - from) / own <= wanted) ?? 86_400_000;
+function timeTicks(from, to, width) {
+  // Seconds make longer labels.
+  const room = (step) => (width * step) / (to - from) >= (step < 60_000 ? 62 : 42);
+  const step = TIME_STEPS_MS.find(room) ?? 86_400_000;
   // Whole steps of local time: no step is longer than a day.
   const shift = new Date(to).getTimezoneOffset() * 60_000;
   const found = [];
@@ -104,7 +106,7 @@ export function draw(canvas, plot, colours) {
   context.clip();
   for (const mark of plot.marks) shade(pen, mark);
   for (const limit of plot.limits) limitLine(pen, limit);
-  curve(pen);
+  if (plot.first < plot.last && !curve(pen)) nothing(pen);
   for (const mark of plot.marks) markLine(pen, mark);
   cursorLine(pen);
   context.restore();
@@ -122,7 +124,7 @@ function axes({ context, box, x, y, colours, plot }, low, high) {
   const { factor } = plot.scale;
   const values = plot.log
     ? decades(low, high, 4)
-    : ticks(low / factor, high / factor, 3).map((value) => value * factor);
+    : ticks(low / factor, high / factor, 4).map((value) => value * factor);
   for (const value of values) {
     const at = Math.round(y(value)) + 0.5;
     line(context, box.left, at, box.right, at);
@@ -130,7 +132,7 @@ function axes({ context, box, x, y, colours, plot }, low, high) {
   }
   context.textAlign = "center";
   context.textBaseline = "top";
-  const { step, found } = timeTicks(plot.from, plot.to, (box.right - box.left) / 68);
+  const { step, found } = timeTicks(plot.from, plot.to, box.right - box.left);
   for (const time of found) {
     const at = Math.round(x(time)) + 0.5;
     line(context, at, box.bottom, at, box.bottom + 3);
@@ -151,8 +153,8 @@ function line(context, x0, y0, x1, y1) {
 function shade({ context, box, x, colours }, mark) {
   if (mark.kind !== "onset" || !mark.interval) return;
   const [from, to] = mark.interval.map(x);
-  context.globalAlpha = 0.14;
-  context.fillStyle = mark.active ? colours.alarm : colours.mark;
+  context.globalAlpha = 0.2;
+  context.fillStyle = colours.mark;
   context.fillRect(from, box.top, Math.max(1, to - from), box.bottom - box.top);
   context.globalAlpha = 1;
 }
@@ -183,7 +185,8 @@ function pieces({ first, last, times, min, gap_ms }) {
 function curve({ context, x, y, colours, plot }) {
   const middle = plot.bucket_ms / 2;
   context.lineWidth = 1.3;
-  for (const piece of pieces(plot)) {
+  const all = pieces(plot);
+  for (const piece of all) {
     const across = piece.map((at) => x(plot.times[at] + middle));
     context.fillStyle = colours.band;
     context.strokeStyle = colours.line;
@@ -204,16 +207,25 @@ function curve({ context, x, y, colours, plot }) {
       context.fillRect(across[0] - 1, y(plot.max[piece[0]]) - 1, 2, 2);
     }
   }
+  return all.length > 0;
+}
+
+function nothing({ context, box, colours }) {
+  context.fillStyle = colours.soft;
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  context.fillText("no value in this time", (box.left + box.right) / 2, (box.top + box.bottom) / 2);
 }
 
 function markLine({ context, box, x, colours }, mark) {
   const at = Math.round(x(mark.at)) + 0.5;
-  context.strokeStyle = context.fillStyle = mark.active ? colours.alarm : colours.mark;
-  context.lineWidth = 1.5;
+  context.strokeStyle = colours.mark;
+  context.lineWidth = 1.2;
   context.setLineDash(mark.kind === "onset" ? [2, 2] : []);
   line(context, at, box.top, at, box.bottom);
   context.setLineDash([]);
   if (mark.kind !== "alarm") return;
+  context.fillStyle = mark.active ? colours.alarm : colours.mark;
   context.beginPath();
   context.moveTo(at - 4.5, box.top - 6);
   context.lineTo(at + 4.5, box.top - 6);

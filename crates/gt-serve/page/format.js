@@ -114,6 +114,12 @@ export function duration(ms) {
   return pair(86_400, 3600, "d", "h");
 }
 
+/** A duration in the one unit that matters. */
+export function roughDuration(ms) {
+  const text = duration(ms);
+  return /^\d/.test(text) ? text.split(" ").slice(0, 2).join(" ") : text;
+}
+
 /** How long ago a time was, or in how long it will be. */
 export function age(ms) {
   if (!valid(ms)) return DASH;

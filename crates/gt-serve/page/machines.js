@@ -1,8 +1,8 @@
 // The list of machines, and the facts of the one that is shown.
 
 import { arrange, bar, byId, el, icon, write } from "./dom.js";
-import { age, clock, count, duration, now, number, plainName, zone } from "./format.js";
-import { on, select, state } from "./state.js";
+import { age, clock, count, now, number, plainName, roughDuration, zone } from "./format.js";
+import { isUnseen, on, select, state } from "./state.js";
 
 /** How a state reads, its drawing, and whether it wants somebody. */
 const STATES = {
@@ -41,7 +41,7 @@ function newRow(name) {
   const row = {
     mark,
     link,
-    worst: cell("Worst / limit"),
+    worst: cell("Worst/limit"),
     alarms: cell("Alarms"),
     age: cell("Data age"),
   };
@@ -56,7 +56,7 @@ function showRow(row, machine) {
   const ratio = el("span", { class: worst > 1 ? "over" : "" }, worst === null ? "–" : number(worst, 3));
   row.worst.replaceChildren(bar((worst ?? 0) / 2, worst > 1 ? "over limit" : "limit"), ratio);
   const unseen = [...state.alarms.values()].filter(
-    (alarm) => alarm.machine === machine.name && alarm.state.endsWith("unacknowledged"),
+    (alarm) => alarm.machine === machine.name && isUnseen(alarm) && alarm.shelved === null,
   ).length;
   write(row.alarms, machine.open_alarms ? String(machine.open_alarms) : "0");
   row.alarms.className = unseen > 0 ? "unseen" : machine.open_alarms ? "some" : "zero";
@@ -69,7 +69,7 @@ function showRow(row, machine) {
 
 function showAge(row, machine) {
   const known = machine.last_time_ms !== null;
-  write(row.age, known ? duration(now() - machine.last_time_ms) : "–");
+  write(row.age, known ? roughDuration(now() - machine.last_time_ms) : "–");
   const old = known && now() - machine.last_time_ms > OLD_MS && machine.state !== "no_data";
   row.age.className = old ? "old" : "";
 }

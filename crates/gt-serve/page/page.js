@@ -207,7 +207,7 @@ function showSummary() {
   const text =
     open.length === 0
       ? "No open alarm"
-      : `${open.length} open, ${unseen} not acknowledged${shelved ? `, ${shelved} shelved` : ""}`;
+      : `${open.length - shelved} open, ${unseen} not acknowledged${shelved ? `, ${shelved} shelved` : ""}`;
   if (summary.dataset.text !== text) {
     summary.dataset.text = text;
     summary.className = `summary ${unseen > 0 ? "unseen" : ""}`;

@@ -67,9 +67,11 @@ export class Card {
     values = values.filter(Number.isFinite);
     const largest = Math.max(0, ...values.map(Math.abs), ...this.limits().map(Math.abs));
     this.scale = scaleFor(this.series.unit, largest);
-    const shown = values.map((value) => number(value / this.scale.factor));
+    const digits = this.series.kind === "input" || this.series.kind === "output" ? 5 : 3;
+    const text = (value) => number(value / this.scale.factor, digits);
+    const shown = values.map(text);
     const both = from_cursor && shown.length === 2 && shown[0] !== shown[1];
-    write(this.value, shown.length === 0 ? "–" : both ? `${shown[0]} to ${shown[1]}` : middleOf(values, this.scale.factor));
+    write(this.value, shown.length === 0 ? "–" : both ? `${shown[0]} to ${shown[1]}` : text((values[0] + values.at(-1)) / 2));
     write(this.unit, this.scale.unit);
     const over = this.isOver(pair) && (from_cursor || this.isOver({ min: values[0], max: values.at(-1) }));
     this.showLimit(over);
@@ -90,8 +92,11 @@ export class Card {
     this.element.classList.toggle("over", over);
     if (limit === null || limit === undefined) return;
     const text = `limit ${this.series.kind === "residual" ? "±" : ""}${number(limit / this.scale.factor, 3)}`;
-    const shown = over ? `above ${text}` : text;
-    if (this.limit.textContent !== shown) this.limit.replaceChildren(...(over ? [icon("high"), shown] : [shown]));
+    const key = `${text} ${over}`;
+    if (this.limit.dataset.key === key) return;
+    this.limit.dataset.key = key;
+    const beyond = over ? [icon("high"), el("span", { class: "heard" }, "beyond the ")] : [];
+    this.limit.replaceChildren(...beyond, text);
   }
 
   /** Draws the chart, if it can be seen. */
@@ -123,8 +128,4 @@ export class Card {
       colours,
     );
   }
-}
-
-function middleOf(values, factor) {
-  return number((values[0] + values.at(-1)) / 2 / factor);
 }

@@ -124,7 +124,9 @@ function buildGroup([kind, title, open]) {
     seen.observe(card.element);
   }
   const remembered = closed();
-  const isOpen = remembered.has(`${kind}-open`) || (open && !remembered.has(kind));
+  // On a narrow screen all of them would be a long way.
+  const wanted = kind === "statistic" || (open && !matchMedia("(max-width: 760px)").matches);
+  const isOpen = remembered.has(`${kind}-open`) || (wanted && !remembered.has(kind));
   const group = el(
     "details",
     { class: "group", open: isOpen },
