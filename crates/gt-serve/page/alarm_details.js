@@ -42,13 +42,14 @@ function hypotheses(alarm) {
   );
   if (alarm.none_of_these !== null) lines.push(line("None of these", sure(alarm.none_of_these)));
   if (lines.length === 0) return el("p", { class: "none" }, "No hypotheses: this detector only sees that something changed.");
-  return el(
+  const table = el(
     "table",
     { role: "table" },
     el("caption", {}, "If there is a fault, it is"),
     head("Fault", "How sure", "How large", `Since (${zone(alarm.raised_ms)})`),
     el("tbody", { role: "rowgroup" }, lines),
   );
+  return el("div", {}, table);
 }
 
 const second = (text) => (text ? el("span", { class: "second" }, text) : "");

@@ -4,7 +4,7 @@ import { ask } from "./dialogs.js";
 import { showDetails } from "./alarm_details.js";
 import { arrange, bar, byId, choice, el, icon, note, throttled, write } from "./dom.js";
 import {
-  age, clock, fullTime, headline, interval, number, percent, plainName, priority, quantity, zone,
+  age, clock, fullTime, headline, interval, now, number, percent, plainName, priority, quantity, zone,
 } from "./format.js";
 import { get, path } from "./api.js";
 import { isUnseen, may, on, select, state } from "./state.js";
@@ -27,7 +27,7 @@ let list = "open";
 let past = [];
 const rows = new Map();
 
-const onShelf = (alarm) => alarm.shelved !== null;
+const onShelf = (alarm) => Boolean(alarm.shelved);
 const isActive = (alarm) => alarm.state.startsWith("active");
 
 /** Unacknowledged first, then the severe, then the new. */
@@ -57,7 +57,7 @@ class Row {
     this.cells = [cell("State"), cell("Fault"), cell("Since"), cell("How large"), cell("How sure")];
     this.fault = el("strong");
     this.more = el("button", { type: "button", class: "more", "aria-expanded": "false", click: () => this.toggle() }, this.fault);
-    this.machine = el("a", { href: "#", click: (event) => this.goToMachine(event) });
+    this.machine = el("a", { click: (event) => this.goToMachine(event) });
     this.about = el("span");
     this.cells[1].append(this.more, el("span", { class: "second" }, this.machine, this.about));
     const button = (label, click) => el("button", { type: "button", click }, label);
@@ -101,6 +101,7 @@ class Row {
     write(this.fault, headline(alarm));
     this.more.title = `${alarm.fault ?? alarm.finding}: show or hide the details`;
     write(this.machine, alarm.machine);
+    this.machine.href = `#machine=${encodeURIComponent(alarm.machine)}`;
     write(this.about, statistic(alarm));
     this.showSince(alarm);
     this.cells[3].replaceChildren(
@@ -109,7 +110,7 @@ class Row {
     );
     this.cells[4].replaceChildren(
       el("span", { class: "figure" }, percent(alarm.probability)),
-      alarm.probability === null ? "" : bar(alarm.probability),
+      alarm.probability === null || alarm.probability === undefined ? "" : bar(alarm.probability),
     );
     this.showButtons(alarm, unseen);
     if (!this.details.hidden) showDetails(this.inside, alarm);
@@ -189,7 +190,12 @@ export function showAlarms() {
   for (const alarm of alarms) {
     if (!rows.has(alarm.id)) rows.set(alarm.id, new Row(alarm.id));
     const row = rows.get(alarm.id);
-    row.show(alarm);
+    try {
+      row.show(alarm);
+    } catch (error) {
+      // One alarm that is not as it should be must not hide the others.
+      note("alarm-notes", `alarm ${alarm.id}`, `Alarm ${alarm.id} of ${alarm.machine} cannot be shown whole: ${error.message}.`);
+    }
     children.push(row.element, row.details);
   }
   arrange(byId("alarm-rows"), children);
@@ -215,7 +221,7 @@ export function focusAlarm(id) {
 async function readHistory() {
   const span = byId("history-span").value;
   const machine = byId("history-machine").value;
-  const since_ms = span === "" ? "" : Date.now() - Number(span);
+  const since_ms = span === "" ? "" : now() - Number(span);
   try {
     const answer = await get(path(["alarms"], { open: false, machine, since_ms, limit: PAST }));
     past = answer.alarms.toSorted((one, two) => two.raised_ms - one.raised_ms);

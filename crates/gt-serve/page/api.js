@@ -123,8 +123,8 @@ export async function listen({ opened, event }) {
   }
 }
 
-/** Takes text of an event stream in pieces of any length. */
-function eventParser(event) {
+/** Takes text of an event stream in pieces of any length, and gives each event to `event`. */
+export function eventParser(event) {
   let rest = "";
   let name = "message";
   let data = [];

@@ -49,7 +49,7 @@ export function scaleFor(unit, largest) {
 export function quantity(value, unit, digits = 3) {
   if (!known(value)) return DASH;
   const scale = scaleFor(unit, value);
-  return `${number(value / scale.factor, digits)} ${scale.unit}`.trim();
+  return `${number(value / scale.factor, digits)}\u00a0${scale.unit}`.trim();
 }
 
 /** An interval with its unit. */
@@ -57,7 +57,7 @@ export function interval(ends, unit, digits = 3) {
   if (!ends || !known(ends[0]) || !known(ends[1])) return null;
   const scale = scaleFor(unit, Math.max(Math.abs(ends[0]), Math.abs(ends[1])));
   const [low, high] = ends.map((end) => number(end / scale.factor, digits));
-  return `${low} to ${high} ${scale.unit}`.trim();
+  return `${low} to ${high}\u00a0${scale.unit}`.trim();
 }
 
 /** A probability in percent that is never rounded to certainty. */

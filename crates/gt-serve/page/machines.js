@@ -53,10 +53,10 @@ function newRow(name) {
 function showRow(row, machine) {
   showState(row.mark, machine.state);
   const worst = machine.worst_ratio;
-  const ratio = el("span", { class: worst > 1 ? "over" : "" }, worst === null ? "–" : number(worst, 3));
+  const ratio = el("span", { class: worst > 1 ? "over" : "" }, number(worst, 3));
   row.worst.replaceChildren(bar((worst ?? 0) / 2, worst > 1 ? "over limit" : "limit"), ratio);
   const unseen = [...state.alarms.values()].filter(
-    (alarm) => alarm.machine === machine.name && isUnseen(alarm) && alarm.shelved === null,
+    (alarm) => alarm.machine === machine.name && isUnseen(alarm) && !alarm.shelved,
   ).length;
   write(row.alarms, machine.open_alarms ? String(machine.open_alarms) : "0");
   row.alarms.className = unseen > 0 ? "unseen" : machine.open_alarms ? "some" : "zero";

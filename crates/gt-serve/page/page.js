@@ -201,8 +201,8 @@ function showConnection() {
 
 function showSummary() {
   const open = [...state.alarms.values()];
-  const unseen = open.filter((alarm) => isUnseen(alarm) && alarm.shelved === null).length;
-  const shelved = open.filter((alarm) => alarm.shelved !== null).length;
+  const unseen = open.filter((alarm) => isUnseen(alarm) && !alarm.shelved).length;
+  const shelved = open.filter((alarm) => alarm.shelved).length;
   const summary = byId("summary");
   const text =
     open.length === 0
@@ -266,6 +266,13 @@ on("unsent", (text) => note("alarm-notes", "unsent", text, {
   run: () => note("alarm-notes", "unsent", null),
 }));
 on("unauthorized", () => askToken("The service no longer takes this token.").then(() => wake()));
+// A page that no longer does its work must say so.
+const broken = (reason) => note("alarm-notes", "broken", `This page met an error: ${reason}. What it shows may be wrong.`, {
+  label: "Load again",
+  run: () => location.reload(),
+});
+addEventListener("error", (event) => broken(event.message));
+addEventListener("unhandledrejection", (event) => broken(String(event.reason?.message ?? event.reason)));
 addEventListener("hashchange", chooseMachine);
 addEventListener("online", () => wake());
 byId("sign-out").addEventListener("click", () => {

@@ -123,31 +123,44 @@ function buildGroup([kind, title, open]) {
     card.element.card = card;
     seen.observe(card.element);
   }
-  const remembered = closed();
-  // On a narrow screen all of them would be a long way.
-  const wanted = kind === "statistic" || (open && !matchMedia("(max-width: 760px)").matches);
-  const isOpen = remembered.has(`${kind}-open`) || (wanted && !remembered.has(kind));
   const group = el(
     "details",
-    { class: "group", open: isOpen },
+    { class: "group", open: isOpen(kind, open) },
     el("summary", {}, el("h4", {}, `${title} (${own.length})`)),
     el("div", { class: "cards" }, ...made.map((card) => card.element)),
   );
   group.addEventListener("toggle", () => {
+    redraw();
+    if (wantedTag() !== "") return; // The search opened it.
     const kept = closed();
     kept.delete(kind);
     kept.delete(`${kind}-open`);
     kept.add(group.open ? `${kind}-open` : kind);
     localStorage.setItem(CLOSED, [...kept].join(" ").trim());
-    redraw();
   });
   return group;
 }
 
+/** Whether a group is open: as it was left, else as is usual. */
+function isOpen(kind, usual) {
+  const remembered = closed();
+  if (remembered.has(`${kind}-open`)) return true;
+  // On a narrow screen all of them would be a long way.
+  const wanted = kind === "statistic" || (usual && !matchMedia("(max-width: 760px)").matches);
+  return wanted && !remembered.has(kind);
+}
+
+const wantedTag = () => byId("find-tag").value.trim().toLowerCase();
+
 function filter() {
-  const wanted = byId("find-tag").value.trim().toLowerCase();
+  const wanted = wantedTag();
   for (const card of cards) {
     card.element.hidden = !`${card.series.tag} ${card.name}`.toLowerCase().includes(wanted);
+  }
+  for (const [kind, , usual] of GROUPS) {
+    const own = cards.filter((card) => card.series.kind === kind);
+    const group = own[0]?.element.closest("details");
+    if (group) group.open = wanted === "" ? isOpen(kind, usual) : own.some((card) => !card.element.hidden);
   }
 }
 

@@ -62,6 +62,11 @@ class Browser:
     def one(self, selector):
         return self.driver.find_element(By.CSS_SELECTOR, selector)
 
+    def click(self, element):
+        """A click in the middle of the window, where nothing lies over it."""
+        self.js("arguments[0].scrollIntoView({ block: 'center' })", element)
+        element.click()
+
     def text(self, selector):
         return self.js("return document.querySelector(arguments[0])?.textContent ?? ''", selector)
 

@@ -89,6 +89,12 @@ class Mock:
         self.tell(own, event, plant.now_ms(), None, own["fault"] or own["source"])
         self.send("alarm", own)
 
+    def find(self, case, unit):
+        """The alarm that follows a fault that was tried."""
+        at = plant.now_ms()
+        found = plant.named(case, at - 2000, 0.4, unit, 0.95)
+        self.put_alarm(plant.alarm(1000 + len(self.alarms), "GT-02", severity=640, **found))
+
     # Stop and come back
 
     def start(self):
@@ -224,6 +230,7 @@ class Handler(BaseHTTPRequestHandler):
                 unit = "s" if body["case"] == "fuel_actuator_lag" else "%"
                 mock.posts.append(("faults", body))
                 mock.faults.append({"case": body["case"], "onset_ms": plant.now_ms(), "size": 0.0, "unit": unit})
+                threading.Timer(2.0, mock.find, (body["case"], unit)).start()
                 return self.answer(201, mock.faults[-1])
             case ("DELETE", "faults"):
                 self.may("administer")

@@ -25,6 +25,8 @@ def fresh(browser, mock):
     """The plant as in the beginning, and a fresh page of it."""
     mock.machines, mock.alarms = plant.machines(), plant.alarms()
     mock.posts.clear()
+    mock.broken.clear()
+    mock.slow.clear()
     load(browser, mock.url)
     browser.until("the alarms", lambda: browser.all(row(101)))
 
@@ -34,16 +36,17 @@ def strings_stay_text(browser, mock):
     mock.put_alarm(plant.alarm(200, "GT-06 " + plant.HOSTILE, fault=plant.HOSTILE, finding="named", unit=plant.HOSTILE,
                                magnitude=1.0, source=plant.HOSTILE, detector=plant.HOSTILE))
     browser.until("the alarm", lambda: browser.all(row(200)))
-    browser.one(row(200, ".more")).click()
-    browser.one(row(200, "a")).click()
+    browser.click(browser.one(row(200, ".more")))
+    browser.click(browser.one(row(200, "a")))
     browser.until("its machine", lambda: plant.HOSTILE in browser.text("#machine-title"))
     browser.until("the reason", lambda: plant.HOSTILE in browser.text("#machine-reason"))
-    button(browser, 200, "Shelve").click()
+    browser.click(button(browser, 200, "Shelve"))
     assert plant.HOSTILE in browser.text("#shelve .subject")
     browser.keys(Keys.ESCAPE)
-    [browser.all("#alarm-lists button")[place].click() for place in (1, 2)]
+    for place in (1, 2):
+        browser.click(browser.all("#alarm-lists button")[place])
     browser.until("the history", lambda: browser.all(row(90)))
-    browser.one(row(90, ".more")).click()
+    browser.click(browser.one(row(90, ".more")))
     browser.until("its comment", lambda: plant.HOSTILE in browser.text("#alarm-rows .events"))
     found = browser.js("return document.querySelectorAll('img, [onerror], script:not([src])').length")
     assert found == 0, f"{found} elements came out of texts"
@@ -53,10 +56,10 @@ def strings_stay_text(browser, mock):
 
 def acknowledged_by_clicks(browser, mock):
     fresh(browser, mock)
-    button(browser, 101, "Acknowledge").click()
+    browser.click(button(browser, 101, "Acknowledge"))
     browser.one("#acknowledge [name=by]").send_keys("Jo Müller")
     browser.one("#acknowledge [name=comment]").send_keys("seen; \"fuel\" valve <3")
-    browser.one("#acknowledge .main").click()
+    browser.click(browser.one("#acknowledge .main"))
     browser.until("closed", lambda: not browser.js(DIALOG, "acknowledge"))
     expected = [("101/acknowledge", {"by": "Jo Müller", "comment": "seen; \"fuel\" valve <3"})]
     assert mock.posts == expected, mock.posts
@@ -67,18 +70,18 @@ def acknowledged_by_clicks(browser, mock):
 
 def shelved_and_unshelved_by_clicks(browser, mock):
     fresh(browser, mock)
-    button(browser, 101, "Shelve").click()
+    browser.click(button(browser, 101, "Shelve"))
     browser.one("#shelve [name=reason]").send_keys("thermocouple is being changed")
     Select(browser.one("#shelve [name=minutes]")).select_by_visible_text("4 hours")
     assert browser.text("#shelve .until").startswith("until ")
     browser.one("#shelve [name=by]").send_keys("Jo")
-    browser.one("#shelve .main").click()
+    browser.click(browser.one("#shelve .main"))
     browser.until("gone from the open ones", lambda: not browser.all(row(101)))
     body = {"reason": "thermocouple is being changed", "minutes": 240, "by": "Jo"}
     assert mock.posts == [("101/shelve", body)], mock.posts
-    browser.all("#alarm-lists button")[1].click()
+    browser.click(browser.all("#alarm-lists button")[1])
     browser.until("on the shelf", lambda: "shelved until" in browser.text(row(101)))
-    button(browser, 101, "Unshelve").click()
+    browser.click(button(browser, 101, "Unshelve"))
     assert browser.one("#unshelve [name=by]").get_attribute("value") == "Jo", "the name is not remembered"
     browser.keys(Keys.ENTER)
     browser.until("off the shelf", lambda: not browser.all(row(101)))
@@ -136,7 +139,7 @@ def new_alarm_is_heard(browser, mock):
 def focus_outlives_updates(browser, mock):
     fresh(browser, mock)
     browser.one("#find-tag").send_keys("t3")
-    assert len([own for own in browser.all("#charts .card") if own.is_displayed()]) == 2
+    browser.until("two charts", lambda: len([own for own in browser.all("#charts .card") if own.is_displayed()]) == 2)
     browser.js("arguments[0].focus()", button(browser, 102, "Shelve"))
     for number in range(400, 406):
         mock.put_alarm(plant.alarm(number, "GT-02", severity=950))
@@ -153,7 +156,7 @@ def fields(browser):
 
 def nothing_typed_is_lost(browser, mock):
     fresh(browser, mock)
-    button(browser, 101, "Shelve").click()
+    browser.click(button(browser, 101, "Shelve"))
     browser.keys("a long reason", Keys.TAB, Keys.TAB, "Kim")
     mock.broken["alarms/101/shelve"] = (503, "the log is full: make room on the disk")
     browser.keys(Keys.ENTER)
@@ -162,20 +165,20 @@ def nothing_typed_is_lost(browser, mock):
     mock.broken.clear()
     browser.keys(Keys.ESCAPE)
     assert not browser.js(DIALOG, "shelve")
-    button(browser, 101, "Shelve").click()
+    browser.click(button(browser, 101, "Shelve"))
     typed = {"reason": "a long reason", "minutes": "60", "by": "Kim"}
     assert fields(browser) == typed, fields(browser)
     mock.slow["alarms/101/shelve"] = 13
-    browser.one("#shelve .main").click()
+    browser.click(browser.one("#shelve .main"))
     browser.until("it is slow", lambda: browser.text("#shelve .failure") == "No answer yet. Still waiting…", 3)
     took = browser.until("out of time", lambda: "did not answer within 10 s" in browser.text("#shelve .failure"), 12)
     assert fields(browser) == typed, fields(browser)
     assert mock.posts == [], mock.posts
     mock.slow.clear()
-    browser.one("#shelve .main").click()
+    browser.click(browser.one("#shelve .main"))
     browser.until("sent", lambda: mock.posts == [("101/shelve", {**typed, "minutes": 60})])
     browser.until("closed", lambda: not browser.js(DIALOG, "shelve"))
-    time.sleep(2)
+    browser.until("the late one", lambda: len(mock.posts) == 2, 15)
     return f"told after {2 + took:.0f} s"
 
 
@@ -187,12 +190,12 @@ def failed_readings_are_told(browser, mock):
     wanted = "The trends of GT-01 could not be read: no memory.Try again"
     browser.until("the trend's error", lambda: browser.text("#trend-notes") == wanted)
     browser.until("the alarms all the same", lambda: browser.all(row(101)))
-    browser.one(row(101, ".more")).click()
+    browser.click(browser.one(row(101, ".more")))
     browser.until("the events' error", lambda: "could not be read: log unreadable" in browser.text(".events"))
     mock.broken.clear()
-    browser.one(".events button").click()
+    browser.click(browser.one(".events button"))
     browser.until("events", lambda: browser.all(".events tbody tr"))
-    browser.one("#trend-notes button").click()
+    browser.click(browser.one("#trend-notes button"))
     browser.until("charts", lambda: browser.all("#charts canvas"))
     assert browser.text("#trend-notes") == ""
 
@@ -206,7 +209,7 @@ def lost_connection_is_shown(browser, mock, shots=None):
     assert any(text.startswith("No connection since ") for text in browser.js(ALERTS))
     browser.until("in the title", lambda: browser.driver.title.startswith("No connection"), 2)
     assert browser.all(row(101)), "what was known is gone"
-    button(browser, 101, "Acknowledge").click()
+    browser.click(button(browser, 101, "Acknowledge"))
     browser.keys("Kim", Keys.ENTER)
     browser.until("the error", lambda: "cannot be reached" in browser.text("#acknowledge .failure"))
     browser.keys(Keys.ESCAPE)
@@ -243,7 +246,7 @@ def left_out_updates_are_told(browser, mock):
 
 def history_is_read(browser, mock):
     fresh(browser, mock)
-    browser.all("#alarm-lists button")[2].click()
+    browser.click(browser.all("#alarm-lists button")[2])
     browser.until("the past", lambda: browser.all(row(90)) and browser.all(row(91)))
     assert not browser.all(row(101)) and not browser.all("#alarm-rows .actions button:not([hidden])")
     Select(browser.one("#history-machine")).select_by_visible_text("GT-02")
@@ -261,7 +264,7 @@ def faults_are_tried(browser, mock):
     body = {"case": "fuel_actuator_lag", "rate_per_h": 12.5, "limit": 1}
     browser.until("sent", lambda: mock.posts == [("faults", body)])
     browser.until("listed", lambda: "Fuel actuator lag" in browser.text("#faults li"))
-    browser.one("#faults > button").click()
+    browser.click(browser.one("#faults > button"))
     browser.until("removed", lambda: not browser.all("#faults li"))
     assert mock.posts[1:] == [("faults", None)], mock.posts
 
@@ -292,7 +295,7 @@ def token_is_asked_for(browser, mock):
         browser.until("alarms", lambda: browser.all(row(101)))
         kept = browser.js("return [Object.values(sessionStorage), Object.values(localStorage), location.href]")
         assert "secret-1" in kept[0] and "secret-1" not in str(kept[1:]), kept
-        browser.one("#sign-out").click()
+        browser.click(browser.one("#sign-out"))
         browser.until("asked again", lambda: browser.js(DIALOG, "token"))
         browser.collect()
         assert not any("secret" in own for own in browser.requests), "the token is in an address"
@@ -300,8 +303,19 @@ def token_is_asked_for(browser, mock):
         mock.token = None
 
 
+def one_bad_alarm_hides_no_other(browser, mock):
+    fresh(browser, mock)
+    mock.put_alarm({"id": "bad", "machine": "GT-02", "state": "active_unacknowledged", "severity": 999,
+                    "fault": None, "source": None, "onset_interval_ms": 7, "hypotheses": 3})
+    mock.put_alarm(plant.alarm(600, "GT-02"))
+    browser.until("the next alarm", lambda: browser.all(row(600)) and browser.all(row(101)), 2)
+    browser.until("both are counted", lambda: browser.text("#summary").startswith("5 open, 4 not"), 2)
+    for own in browser.all(row(600, ".more")):
+        browser.click(own)
+
+
 CHECKS = [
-    strings_stay_text, acknowledged_by_clicks, shelved_and_unshelved_by_clicks, all_by_keys_alone,
+    one_bad_alarm_hides_no_other, strings_stay_text, acknowledged_by_clicks, shelved_and_unshelved_by_clicks, all_by_keys_alone,
     new_alarm_is_heard, focus_outlives_updates, left_out_updates_are_told, history_is_read,
     faults_are_tried, roles_see_what_they_may_use,
 ]
