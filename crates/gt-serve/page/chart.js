@@ -28,13 +28,19 @@ export function ticks(low, high, wanted) {
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, place) => (first + place) * step);
 }
 
-/** The decades between two positive numbers, at most as many as wanted. */
-function decades(low, high, wanted) {
+/** Round values of a logarithmic axis: 1, 2 and 5 of each decade, or as many decades as wanted. */
+export function decades(low, high, wanted) {
+  const fine = [];
+  for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); power++) {
+    for (const part of [1, 2, 5]) fine.push(Number(`${part}e${power}`));
+  }
+  const within = fine.filter((value) => value >= low && value <= high);
+  if (within.length <= wanted) return within;
   const first = Math.ceil(Math.log10(low) - 1e-9);
   const last = Math.floor(Math.log10(high) + 1e-9);
   const stride = Math.max(1, Math.ceil((last - first + 1) / wanted));
   const found = [];
-  for (let power = first; power <= last; power += stride) found.push(10 ** power);
+  for (let power = first; power <= last; power += stride) found.push(Number(`1e${power}`));
   return found;
 }
 
@@ -123,7 +129,7 @@ function axes({ context, box, x, y, colours, plot }, low, high) {
   context.textBaseline = "middle";
   const { factor } = plot.scale;
   const values = plot.log
-    ? decades(low, high, 4)
+    ? decades(low / factor, high / factor, 5).map((value) => value * factor)
     : ticks(low / factor, high / factor, 4).map((value) => value * factor);
   for (const value of values) {
     const at = Math.round(y(value)) + 0.5;

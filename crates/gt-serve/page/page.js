@@ -255,6 +255,8 @@ const showMachinesSoon = throttled(() => {
 }, 250);
 
 on("alarms", showAlarmsSoon);
+// Timers of a tab in the background are slow; its title is what is seen of it.
+on("alarms", showSummary);
 on("alarms", showMachinesSoon);
 on("machines", showMachinesSoon);
 on("answered", (id) => {

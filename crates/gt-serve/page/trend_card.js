@@ -10,6 +10,8 @@ const GOOD = new Set(["good", null, undefined]);
 /** A number of an axis, with as many decimals as tell its neighbours apart. */
 function axisLabel(value, all) {
   if (value === 0) return "0";
+  // On a logarithmic axis each has its own decimals.
+  if (all.length > 2 && all[0] > 0 && all[2] - all[1] > 1.2 * (all[1] - all[0])) all = [value];
   const step = all.length > 1 ? Math.abs(all[1] - all[0]) : Math.abs(value);
   const largest = Math.max(...all.map(Math.abs));
   if (largest >= 1e5 || largest < 1e-3) return value.toExponential(1).replace("-", "−");

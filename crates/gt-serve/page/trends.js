@@ -17,12 +17,15 @@ const GROUPS = [
 ];
 const SPANS = [["120", "2 min"], ["600", "10 min"], ["3600", "1 h"], ["28800", "8 h"]];
 const POINTS = 600;
+const MEANWHILE = 1000;
 const CLOSED = "gtfdi.closed";
 
 let span_s = 600;
 let cards = [];
 let reading = 0;
 let past_alarms = [];
+/** Samples that come while a trend is on its way; null where none is. */
+let meanwhile = null;
 const seen = new IntersectionObserver((entries) => {
   for (const entry of entries) {
     const { card } = entry.target;
@@ -33,7 +36,11 @@ const seen = new IntersectionObserver((entries) => {
 
 /** What all charts share. `zoom` is a pair of times, or null while they follow the samples. */
 const view = {
-  trend: null, from: 0, to: 1, cursor: null, cursor_ms: null, zoom: null, marks: [], log: false,
+  trend: null, from: 0, to: 1, cursor_ms: null, zoom: null, marks: [], log: false,
+  /** The place under the cursor, looked up anew: places move when old buckets go. */
+  get cursor() {
+    return this.cursor_ms === null || this.trend === null ? null : this.trend.place(this.cursor_ms);
+  },
   colours: chartColours(),
 };
 
@@ -43,6 +50,7 @@ const shownCards = () => cards.filter((card) => !card.element.hidden && card.ele
 const spans = choice(byId("spans"), SPANS, (key) => {
   span_s = Number(key);
   view.zoom = null;
+  setCursor(null);
   readTrend();
 });
 spans.press("600");
@@ -53,11 +61,14 @@ export async function readTrend() {
   if (machine === null) return;
   spans.press(String(span_s));
   const own = ++reading;
+  meanwhile = [];
   const wanted_s = span_s;
   try {
     const answer = await get(path(["machines", machine, "trend"], { seconds: wanted_s, points: POINTS }));
     if (own !== reading) return;
     view.trend = new Trend(answer, 1000 * wanted_s);
+    for (const sample of meanwhile) view.trend.add(sample, false);
+    meanwhile = null;
     note("trend-notes", "trend", answer.times_ms.length ? null : "No samples in this time.");
     build();
     readPastAlarms(machine, own);
@@ -84,6 +95,8 @@ async function readPastAlarms(machine, own) {
 
 /** Takes a sample of the event stream. */
 export function takeSample(sample) {
+  if (sample.machine !== state.selected) return;
+  if (meanwhile !== null && meanwhile.length < MEANWHILE) meanwhile.push(sample);
   if (view.trend === null || sample.machine !== view.trend.machine) return;
   if (view.trend.add(sample, view.zoom !== null)) redraw();
   else readSoon();
@@ -171,7 +184,7 @@ export const redraw = throttled(() => {
   const last = (trend.last_ms ?? 0) + trend.bucket_ms;
   [view.from, view.to] = view.zoom ?? [last - trend.span_ms, last];
   view.marks = marks();
-  if (view.cursor_ms !== null) view.cursor = trend.place(view.cursor_ms);
+  if (view.cursor !== null && trend.times[view.cursor] < view.from - 2 * trend.bucket_ms) setCursor(null);
   const measured = measuredValues();
   for (const card of cards) {
     if (!card.visible && card.scale) continue;
@@ -208,8 +221,8 @@ function marks() {
 /** Puts the cursor of all charts at a time; null takes it away. */
 function setCursor(time_ms) {
   view.cursor_ms = time_ms;
-  view.cursor = time_ms === null || view.trend === null ? null : view.trend.place(time_ms);
-  const at = view.cursor === null ? null : view.trend.times[view.cursor];
+  const { cursor } = view;
+  const at = cursor === null ? null : view.trend.times[cursor];
   write(byId("cursor"), at === null ? "" : `at ${clock(at)} ${zone(at)}, ${age(at)}`);
   redraw();
 }
@@ -258,7 +271,7 @@ for (const query of ["(prefers-color-scheme: dark)", "(forced-colors: active)"])
 }
 addEventListener("resize", redraw);
 on("selected", () => {
-  [view.trend, view.zoom, view.cursor, view.cursor_ms, past_alarms] = [null, null, null, null, []];
+  [view.trend, view.zoom, view.cursor_ms, past_alarms] = [null, null, null, []];
   byId("charts").replaceChildren();
   byId("charts").shape = null;
   setCursor(null);

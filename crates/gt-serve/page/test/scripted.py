@@ -182,6 +182,23 @@ def nothing_typed_is_lost(browser, mock):
     return f"told after {2 + took:.0f} s"
 
 
+def no_sample_is_lost_while_a_trend_is_read(browser, mock):
+    fresh(browser, mock)
+    mock.slow["machines/GT-01/trend"] = 2.5
+    browser.click(browser.one("#spans button"))
+    browser.until("2 min", lambda: browser.text("#key-band") == "least to most in 200 ms", 8)
+    mock.slow.clear()
+    time.sleep(1)
+    browser.js("document.querySelector('#charts .plot[tabindex=\"0\"]').focus()")
+    read = []
+    for _ in range(40):
+        browser.keys(Keys.ARROW_LEFT)
+        time.sleep(0.28)
+        read.append(browser.js("return document.activeElement.getAttribute('aria-valuetext')"))
+    assert len(set(read)) > 20, read
+    assert [text for text in read if "–" in text] == [], read
+
+
 def failed_readings_are_told(browser, mock):
     mock.broken["machines/GT-01/trend"] = (500, "no memory")
     mock.broken["alarms/101/events"] = (500, "log unreadable")
@@ -317,7 +334,7 @@ def one_bad_alarm_hides_no_other(browser, mock):
 CHECKS = [
     one_bad_alarm_hides_no_other, strings_stay_text, acknowledged_by_clicks, shelved_and_unshelved_by_clicks, all_by_keys_alone,
     new_alarm_is_heard, focus_outlives_updates, left_out_updates_are_told, history_is_read,
-    faults_are_tried, roles_see_what_they_may_use,
+    no_sample_is_lost_while_a_trend_is_read, faults_are_tried, roles_see_what_they_may_use,
 ]
 # These make the browser log that calls failed.
 LOUD = [
