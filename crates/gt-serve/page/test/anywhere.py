@@ -22,8 +22,8 @@ def load(browser, url, token=None):
         browser.until("the token is asked for", lambda: browser.js("return document.getElementById('token').open"))
         browser.keys(token, Keys.ENTER)
     browser.until("live", lambda: browser.js("return document.body.dataset.connection") == "live", 15)
-    browser.until("a machine", lambda: browser.all("#machine-rows tr"))
-    browser.until("charts", lambda: browser.all("#charts canvas"))
+    browser.until("a machine", lambda: browser.all("#machine-rows tr"), 15)
+    browser.until("charts", lambda: browser.all("#charts canvas"), 15)
 
 
 def served_with_the_policy(browser, url, **_):

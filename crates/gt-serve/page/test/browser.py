@@ -17,7 +17,8 @@ ZONE = "Europe/Berlin"
 class Browser:
     """One browser, one page."""
 
-    def __init__(self, chromium, driver):
+    def __init__(self, chromium, driver, patience=1.0):
+        self.patience = patience
         options = Options()
         options.binary_location = chromium
         for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--window-size=1400,1000"):
@@ -76,6 +77,7 @@ class Browser:
 
     def until(self, what, holds, seconds=5.0):
         """Waits until `holds()`; gives the seconds that it took."""
+        seconds *= self.patience
         began = time.monotonic()
         while not (found := holds()):
             waited = time.monotonic() - began

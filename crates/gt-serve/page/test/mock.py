@@ -42,6 +42,8 @@ class Mock:
         # Paths that answer late or wrongly: {start of the path: seconds or (status, message)}.
         self.slow, self.broken = {}, {}
         self.silent = False
+        # How long a trend is under way.
+        self.late_s = 0.0
         self.port, self.server = port, None
         self.start()
         threading.Thread(target=self.run, daemon=True).start()
@@ -215,7 +217,9 @@ class Handler(BaseHTTPRequestHandler):
                 return self.answer(200, {"machines": all_of_them})
             case ("GET", "machines", name, "trend"):
                 seconds, points = int(query.get("seconds", 600)), int(query.get("points", 600))
-                return self.answer(200, self.machine(name).trend(seconds, points))
+                trend = self.machine(name).trend(seconds, points)
+                time.sleep(mock.late_s)
+                return self.answer(200, trend)
             case ("GET", "alarms"):
                 return self.answer(200, {"alarms": self.chosen(query)})
             case ("GET", "alarms", number, "events"):

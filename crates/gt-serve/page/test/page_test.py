@@ -2,7 +2,8 @@
 
     python -m venv V && V/bin/pip install selenium
     V/bin/python page_test.py [--base-url http://127.0.0.1:PORT/] [--token T] [--shots FOLDER]
-                              [--axe axe.min.js] [--try-fault SECONDS] [--only TEXT]
+                              [--axe axe.min.js] [--try-fault SECONDS] [--patience FACTOR]
+                              [--only TEXT]
 
 Without --base-url it starts the mock and checks everything; with it the checks that need the mock
 are skipped. --axe takes the script of the npm package axe-core and checks contrast, names and roles.
@@ -32,7 +33,11 @@ def options():
     parser.add_argument("--token", help="token of that service")
     parser.add_argument("--shots", type=Path, help="folder for pictures of the page")
     parser.add_argument("--axe", type=Path, help="axe.min.js of the npm package axe-core")
-    parser.add_argument("--try-fault", type=float, metavar="SECONDS", help="start a fault of the embedded turbine and wait so long for its alarm")
+    parser.add_argument(
+        "--try-fault", type=float, metavar="SECONDS",
+        help="start a fault of the embedded turbine and wait so long for its alarm",
+    )
+    parser.add_argument("--patience", type=float, default=1.0, help="factor on all waits, for a busy machine")
     parser.add_argument("--only", default="", help="only checks whose name holds this")
     parser.add_argument("--chromium", default="/usr/bin/chromium")
     parser.add_argument("--chromedriver", default="/usr/bin/chromedriver")
@@ -46,7 +51,7 @@ def main():
     mock = None if given.base_url else Mock()
     url = given.base_url or mock.url
     context = {"url": url, "token": given.token, "axe": given.axe, "shots": given.shots, "try_fault": given.try_fault}
-    browser = Browser(given.chromium, given.chromedriver)
+    browser = Browser(given.chromium, given.chromedriver, given.patience)
     count = {"passed": 0, "failed": 0, "skipped": 0}
 
     def run(check, quiet_but, **arguments):

@@ -43,9 +43,15 @@ class Machine:
         self.detector = more.get("detector", True)
         self.bad = more.get("bad", {})
         self.born_ms = now_ms() - 9 * 3_600_000
+        self.all_rows = self.make_rows()
+        base = {tag: base for tag, _, base in INPUTS + OUTPUTS}
+        self.bases = [base.get(tag, 1.0) for _, tag, _, _ in self.all_rows]
 
     def rows(self):
         """The series in the order of the trend: kind, tag, unit, limit."""
+        return self.all_rows
+
+    def make_rows(self):
         rows = [("statistic", name, "", limit) for name, limit in zip([*FAULTS, "any direction"], LIMITS)]
         rows += [("residual", tag, unit, 0.004 * abs(base)) for tag, unit, base in OUTPUTS]
         rows += [("output", tag, unit, None) for tag, unit, _ in OUTPUTS]
@@ -58,15 +64,14 @@ class Machine:
         """The value of a series at a time; None where the plant gave none."""
         if self.stopped_ms is not None and ms > self.stopped_ms:
             return None
-        kind, tag, _, limit = self.rows()[row]
+        kind, tag, _, _ = self.all_rows[row]
+        base = self.bases[row]
         if kind == "statistic":
             grown = self.age_s(ms) / 60
             own = grown**1.6 * (1.0 if row in (self.leading, 4) else 0.16)
             return max(0.02, 1.1 + 0.8 * ripple(row, ms) + own)
         if kind == "input":
-            base = next(base for name, _, base in INPUTS if name == tag)
             return base * (1 + 0.004 * ripple(row, ms)) if tag not in ("w_ref", "LHV") else base
-        base = next(base for name, _, base in OUTPUTS if name == tag)
         drift = 0.0008 * base * self.age_s(ms) / 60 if tag == "t3" else 0.0
         if kind == "residual":
             return 0.0012 * base * ripple(row, ms) + drift
@@ -106,7 +111,7 @@ class Machine:
         }
 
     def trend(self, seconds, points):
-        """The trend as the API tells it: four samples a bucket stand for all."""
+        """The trend as the API tells it: three samples a bucket stand for all."""
         end = self.last_ms()
         bucket = max(80, seconds * 1000 // points)
         rows = self.rows()
@@ -117,7 +122,7 @@ class Machine:
         def ends(row, time_ms):
             if time_ms in gap:
                 return None
-            found = [self.value(row, time_ms + part * bucket // 4) for part in range(4)]
+            found = [self.value(row, time_ms + part * bucket // 3) for part in range(3)]
             found = [value for value in found if value is not None]
             return (min(found), max(found)) if found else None
 

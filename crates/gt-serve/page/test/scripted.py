@@ -184,10 +184,10 @@ def nothing_typed_is_lost(browser, mock):
 
 def no_sample_is_lost_while_a_trend_is_read(browser, mock):
     fresh(browser, mock)
-    mock.slow["machines/GT-01/trend"] = 2.5
+    mock.late_s = 2.5
     browser.click(browser.one("#spans button"))
     browser.until("2 min", lambda: browser.text("#key-band") == "least to most in 200 ms", 8)
-    mock.slow.clear()
+    mock.late_s = 0.0
     time.sleep(1)
     browser.js("document.querySelector('#charts .plot[tabindex=\"0\"]').focus()")
     read = []
@@ -196,7 +196,10 @@ def no_sample_is_lost_while_a_trend_is_read(browser, mock):
         time.sleep(0.28)
         read.append(browser.js("return document.activeElement.getAttribute('aria-valuetext')"))
     assert len(set(read)) > 20, read
-    assert [text for text in read if "–" in text] == [], read
+    seconds = sorted({int(text.split(" CET")[0][-2:]) for text in read})
+    steps = {(two - one) % 60 for one, two in zip(seconds, seconds[1:] + seconds[:1])}
+    # One step of the circle of 60 leads from the last to the first.
+    assert sorted(steps)[:-1] == [1], f"seconds {seconds}"
 
 
 def failed_readings_are_told(browser, mock):
