@@ -49,7 +49,10 @@ const GUARDED: [(&str, &[&str]); 27] = [
     ("indicatif", &["gt-cli"]),
     ("ctrlc", &["gt-cli"]),
     ("anyhow", &["gt-cli"]),
-    ("schemars", &["gt-plant", "gt-log", "gt-campaign", "gt-cli"]),
+    (
+        "schemars",
+        &["gt-plant", "gt-log", "gt-campaign", "gt-serve", "gt-cli"],
+    ),
 ];
 
 /// What the runtime of gt-fdi, which is all of it without its feature `design`, depends on. That

@@ -6,6 +6,7 @@ use clap::ValueEnum;
 use gt_campaign::FaultDescriptions;
 use gt_campaign::campaign::Spec;
 use gt_log::TagMap;
+use gt_serve::ServeConfig;
 use gtfdi::plant::maps::SpeedLineTable;
 use gtfdi::plant::{Scenario, Variant};
 use schemars::{Schema, schema_for};
@@ -36,6 +37,8 @@ pub enum TomlKind {
     Tags,
     /// A campaign
     Campaign,
+    /// The monitoring service, for serve --config
+    Serve,
 }
 
 impl TomlKind {
@@ -49,6 +52,7 @@ impl TomlKind {
             Self::Map => "a table of speed lines (simulate --compressor-map, --turbine-map)",
             Self::Tags => "a map of tags (--tags)",
             Self::Campaign => "a campaign",
+            Self::Serve => "a monitoring service (serve --config)",
         }
     }
 
@@ -62,6 +66,7 @@ impl TomlKind {
             Self::Map => schema_for!(SpeedLineTable),
             Self::Tags => schema_for!(TagMap),
             Self::Campaign => schema_for!(Spec),
+            Self::Serve => schema_for!(ServeConfig),
         }
     }
 
@@ -150,6 +155,10 @@ impl TomlKind {
             Self::Campaign => self
                 .read::<Spec>(text)?
                 .validate()
+                .map_err(|error| said(&error)),
+            Self::Serve => self
+                .read::<ServeConfig>(text)?
+                .check()
                 .map_err(|error| said(&error)),
         }
     }

@@ -7,7 +7,8 @@ use gt_core::Signal;
 use jiff::Timestamp;
 use serde::Serialize;
 
-use crate::{JsonTopicId, LogError, LogWriter, RunMetadata, TopicId};
+use crate::writer::QualityTopicId;
+use crate::{JsonTopicId, LogError, LogWriter, Quality, RunMetadata, TopicId};
 
 /// How often the size of the open file is looked at, in messages.
 const SIZE_PERIOD: u32 = 256;
@@ -98,6 +99,9 @@ pub struct LogHead {
     pub attachments: Vec<(String, String, Vec<u8>)>,
     /// The topics of doubles, in the order of [`RotatingLog::write`]'s numbers.
     pub topics: Vec<TopicHead>,
+    /// The topics of qualities, in the order of [`RotatingLog::write_quality`]'s numbers; their
+    /// messages need no name.
+    pub quality_topics: Vec<TopicHead>,
     /// The topics of JSON, in the order of [`RotatingLog::write_json`]'s numbers.
     pub json_topics: Vec<JsonTopicHead>,
 }
@@ -133,6 +137,7 @@ pub struct JsonTopicHead {
 struct Open {
     log: LogWriter,
     topics: Vec<TopicId>,
+    quality_topics: Vec<QualityTopicId>,
     json_topics: Vec<JsonTopicId>,
     /// Which span since 1970 the first message lies in.
     span: u64,
@@ -189,6 +194,25 @@ impl RotatingLog {
             let own = open.topics.get(topic).copied();
             let own = own.ok_or(LogError::ForeignTopic { expected, found })?;
             open.log.write_partial(own, time_ns, values)
+        })
+    }
+
+    /// Writes a message of quality topic number `topic`.
+    ///
+    /// # Errors
+    /// As [`RotatingLog::write`].
+    pub fn write_quality(
+        &mut self,
+        topic: usize,
+        time_ns: u64,
+        qualities: &[Quality],
+    ) -> Result<(), LogError> {
+        let expected = self.head.quality_topics.len();
+        let found = topic;
+        self.send(time_ns, |open| {
+            let own = open.quality_topics.get(topic).copied();
+            let own = own.ok_or(LogError::ForeignTopic { expected, found })?;
+            open.log.write_quality(own, time_ns, qualities)
         })
     }
 
@@ -299,6 +323,15 @@ impl RotatingLog {
                 &own.asset,
             )?);
         }
+        let mut quality_topics = Vec::new();
+        for own in &self.head.quality_topics {
+            quality_topics.push(log.add_quality_topic(
+                &own.topic,
+                &own.fields,
+                own.sample_period_s,
+                &own.asset,
+            )?);
+        }
         let mut json_topics = Vec::new();
         for own in &self.head.json_topics {
             json_topics.push(log.add_json_topic(
@@ -313,6 +346,7 @@ impl RotatingLog {
         Ok(Open {
             log,
             topics,
+            quality_topics,
             json_topics,
             span,
             written: 0,

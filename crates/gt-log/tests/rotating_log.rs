@@ -7,7 +7,7 @@ use std::path::Path;
 
 use gt_core::Signal;
 use gt_log::{
-    EPOCH_NS, JsonTopicHead, LogError, LogHead, LogWriter, RotatingLog, RotationOptions,
+    EPOCH_NS, JsonTopicHead, LogError, LogHead, LogWriter, Quality, RotatingLog, RotationOptions,
     RunMetadata, Selection, TopicHead, info, read_attachment, read_dataset, recover, verify,
 };
 use serde_json::json;
@@ -26,6 +26,13 @@ fn head() -> LogHead {
         topics: vec![TopicHead {
             topic: "/plant/measured".to_owned(),
             message: "Measured".to_owned(),
+            fields: Signal::named(&["a", "b"]),
+            sample_period_s: 1.0,
+            asset: "x".to_owned(),
+        }],
+        quality_topics: vec![TopicHead {
+            topic: "/plant/quality".to_owned(),
+            message: "Quality".to_owned(),
             fields: Signal::named(&["a", "b"]),
             sample_period_s: 1.0,
             asset: "x".to_owned(),
@@ -92,6 +99,8 @@ fn each_span_is_a_file_that_is_whole_by_itself() {
         write(&mut log, k);
         if k == 15 {
             log.write_json(0, at(k), &json!({"severity": 500})).unwrap();
+            let qualities = [Quality::Good, Quality::Stale];
+            log.write_quality(0, at(k), &qualities).unwrap();
         }
         log.tick(at(k)).unwrap();
     }
@@ -113,7 +122,9 @@ fn each_span_is_a_file_that_is_whole_by_itself() {
         assert_eq!(read_attachment(&path, "models/a.json").unwrap(), b"{}");
         let info = info(&path).unwrap();
         let topics: Vec<_> = info.topics.iter().map(|own| own.topic.as_str()).collect();
-        assert_eq!(topics, ["/alarms", "/plant/measured"]);
+        assert_eq!(topics, ["/alarms", "/plant/measured", "/plant/quality"]);
+        let of_quality = u64::from(name.contains("T000010"));
+        assert_eq!(info.topics[2].messages, of_quality, "{name}");
         assert_eq!(info.metadata[0].name, "gtfdi.run");
     }
 }
@@ -401,6 +412,13 @@ fn options_that_cannot_be_are_named() {
         Err(LogError::ForeignTopic {
             expected: 1,
             found: 3
+        })
+    ));
+    assert!(matches!(
+        log.write_quality(1, at(0), &[]),
+        Err(LogError::ForeignTopic {
+            expected: 1,
+            found: 1
         })
     ));
     assert!(matches!(

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::ServeError;
@@ -15,7 +16,7 @@ pub const DEFAULT_LISTEN: SocketAddr =
     SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 8471);
 
 /// All of it. What is left out keeps its default; without a machine the embedded turbine runs.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ServeConfig {
     /// Where alarms and snapshots are kept; in memory alone where it is left out.
@@ -43,7 +44,7 @@ pub struct ServeConfig {
 }
 
 /// The page and the API.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HttpConfig {
     /// The address; 127.0.0.1:8471 unless given, or a free port if that is taken.
@@ -57,7 +58,7 @@ pub struct HttpConfig {
 }
 
 /// Between sources and detectors.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct QueueConfig {
     /// Messages that wait at most, for each of the threads that judge.
@@ -79,7 +80,7 @@ impl Default for QueueConfig {
 }
 
 /// The embedded turbine.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlantConfig {
     /// The machine's name.
@@ -104,7 +105,7 @@ impl Default for PlantConfig {
 }
 
 /// A machine.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MachineConfig {
     /// Its name: letters, digits, `_`, `-` and `.`.
@@ -124,7 +125,7 @@ pub struct MachineConfig {
 }
 
 /// Lines of JSON.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LinesConfig {
     /// Whether standard input has them; the service stops at its end.
@@ -149,7 +150,7 @@ impl Default for LinesConfig {
 }
 
 /// A broker.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MqttConfig {
     /// Its host.
@@ -188,7 +189,7 @@ fn alarm_prefix() -> String {
 }
 
 /// A record that is played.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReplayConfig {
     /// An MCAP, CSV or Parquet file.
@@ -201,7 +202,7 @@ pub struct ReplayConfig {
 }
 
 /// Logs of all that comes and is said, a folder a machine.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RecorderConfig {
     /// Where they are.

@@ -26,13 +26,19 @@ const SHOWN: u32 = 10;
 
 /// Numbers of the topics of a machine's log.
 const MEASURED: usize = 0;
-const QUALITY: usize = 1;
-const RESIDUAL: usize = 2;
-const STATISTIC: usize = 3;
+const RESIDUAL: usize = 1;
+const STATISTIC: usize = 2;
+/// The only one of its kind.
+const QUALITY: usize = 0;
+const ALARMS: usize = 0;
+/// Qualities are repeated this often, so that a reader who starts in the middle finds them, ns.
+const REPEAT_NS: i64 = 60_000_000_000;
 
 /// The logs of all machines.
 pub struct Recorder {
     logs: Vec<RotatingLog>,
+    /// What was last said of the qualities of each machine, and when.
+    qualities: Vec<(Vec<Quality>, i64)>,
     shown: u32,
 }
 
@@ -63,14 +69,14 @@ impl Recorder {
                 sample_period_s: period_s,
                 asset: cell.name.clone(),
             };
-            let tags: Vec<String> = signals.iter().map(|signal| signal.name.clone()).collect();
+            let tags: Vec<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
+            let tags = Signal::named(&tags);
             let fdi = |what: &str| format!("/fdi/{}/{what}", watch.name());
             let head = LogHead {
                 run: RunMetadata::default(),
                 attachments: Vec::new(),
                 topics: vec![
                     topic("/plant/measured".to_owned(), "Measured", signals),
-                    topic("/plant/quality".to_owned(), "Quality", Signal::named(&tags)),
                     topic(fdi("residual"), "Residual", watch.outputs().to_vec()),
                     topic(
                         fdi("statistic"),
@@ -78,6 +84,7 @@ impl Recorder {
                         Signal::named(watch.statistic_names()),
                     ),
                 ],
+                quality_topics: vec![topic("/plant/quality".to_owned(), "Quality", tags)],
                 json_topics: vec![JsonTopicHead {
                     topic: "/alarms".to_owned(),
                     message: "AlarmEvent".to_owned(),
@@ -95,7 +102,11 @@ impl Recorder {
             };
             logs.push(RotatingLog::create(options, head)?);
         }
-        Ok(Self { logs, shown: 0 })
+        Ok(Self {
+            qualities: vec![(Vec::new(), 0); logs.len()],
+            logs,
+            shown: 0,
+        })
     }
 
     /// Writes what comes until the queue is closed and empty.
@@ -150,18 +161,13 @@ impl Recorder {
         let time_ns = u64::try_from(sample.time_ns).unwrap_or(0);
         let values = |of: &[f64]| of.iter().copied().map(Some).collect::<Vec<_>>();
         log.write(MEASURED, time_ns, &values(&sample.values))?;
-        // Good where nothing is said.
-        if sample
-            .qualities
-            .iter()
-            .any(|quality| *quality != Quality::Good)
-        {
-            let codes: Vec<Option<f64>> = sample
-                .qualities
-                .iter()
-                .map(|quality| Some(code(*quality)))
-                .collect();
-            log.write(QUALITY, time_ns, &codes)?;
+        let (qualities, said_ns) = &mut self.qualities[machine];
+        let is_due = sample.time_ns.abs_diff(*said_ns) >= REPEAT_NS.unsigned_abs();
+        if is_due || *qualities != sample.qualities {
+            qualities.clone_from(&sample.qualities);
+            *said_ns = sample.time_ns;
+            let own: Vec<gt_log::Quality> = qualities.iter().map(|own| (*own).into()).collect();
+            log.write_quality(QUALITY, time_ns, &own)?;
         }
         log.write(RESIDUAL, time_ns, &values(residuals))?;
         log.write(STATISTIC, time_ns, &values(statistics))
@@ -170,7 +176,7 @@ impl Recorder {
     fn event(&mut self, machine: usize, event: &AlarmEvent) -> Result<(), LogError> {
         let time_ns = u64::try_from(event.time_ms.saturating_mul(1_000_000)).unwrap_or(0);
         let log = self.logs.get_mut(machine);
-        log.map_or(Ok(()), |log| log.write_json(0, time_ns, event))
+        log.map_or(Ok(()), |log| log.write_json(ALARMS, time_ns, event))
     }
 
     /// A failed write is counted and shown; the service goes on.
@@ -182,16 +188,5 @@ impl Recorder {
                 tracing::error!(%error, "the recorder");
             }
         }
-    }
-}
-
-/// The number of a quality in the log.
-fn code(quality: Quality) -> f64 {
-    match quality {
-        Quality::Good => 0.0,
-        Quality::Uncertain => 1.0,
-        Quality::Bad => 2.0,
-        Quality::Stale => 3.0,
-        Quality::Interpolated => 4.0,
     }
 }

@@ -10,7 +10,7 @@ use crate::json_schema::errors;
 use crate::place::{Place, array};
 
 /// Every kind with a sound file of it.
-const KINDS: [(&str, &str, &str); 7] = [
+const KINDS: [(&str, &str, &str); 8] = [
     (
         "config",
         "a configuration file (--config)",
@@ -47,6 +47,12 @@ const KINDS: [(&str, &str, &str); 7] = [
         "a campaign",
         "seed = 1\nruns = 10\n[record]\nduration_s = 60.0\nonset_s = [20.0, 30.0]\n\
          [[faults]]\ncase = 2\nsize = { uniform = [0.1, 0.2] }\n",
+    ),
+    (
+        "serve",
+        "a monitoring service (serve --config)",
+        "state_dir = \"state\"\n[http]\nlisten = \"127.0.0.1:8471\"\n[[machine]]\nname = \"gt1\"\n\
+         detector = \"bank.json\"\n[mqtt]\nhost = \"localhost\"\n",
     ),
 ];
 
@@ -271,6 +277,11 @@ fn what_is_wrong_is_said_with_its_place_and_the_nearest_key() {
         (
             KINDS[6].2.replace("runs = 10", "runs = 0"),
             "a campaign: runs: expected".to_owned(),
+            "",
+        ),
+        (
+            KINDS[7].2.replace("127.0.0.1", "0.0.0.0"),
+            "a monitoring service (serve --config): http.tokens_file: expected a file".to_owned(),
             "",
         ),
         (

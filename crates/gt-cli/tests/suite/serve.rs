@@ -497,3 +497,79 @@ fn configurations_that_make_no_sense_are_refused() {
         &["serve.toml", "line 1", "htp"],
     );
 }
+
+/// With tokens each caller does what its role may, the history has the token's name whatever the
+/// caller says, and who guesses is held off while the service goes on.
+#[cfg(unix)]
+#[test]
+fn tokens_say_who_may_do_what() {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let place = Place::new();
+    let token = |role: &str| format!("{role}-0123456789abcdef0123456789abcdef");
+    let entry = |role: &str| {
+        let token = token(role);
+        format!("[[token]]\nname = \"the {role} desk\"\nrole = \"{role}\"\ntoken = \"{token}\"\n")
+    };
+    place.write(
+        "tokens.toml",
+        ["read", "operate", "administer"].map(entry).concat(),
+    );
+    let config = "[http]\nlisten = \"127.0.0.1:0\"\ntokens_file = \"tokens.toml\"\n";
+    place.write("serve.toml", config);
+    let path = place.path("tokens.toml");
+    let mode = |bits| std::fs::set_permissions(&path, std::fs::Permissions::from_mode(bits));
+    mode(0o644).unwrap();
+    place.refused(
+        &["serve", "--config", "serve.toml"],
+        &["mode", "600", "644"],
+    );
+    mode(0o600).unwrap();
+    let serving = Serving::start(&mut place.command(&["serve", "--config", "serve.toml"]));
+    let ask = |method: &str, path: &str, token: &str, body: &str| {
+        let headers =
+            format!("Authorization: Bearer {token}\r\nContent-Type: application/json\r\n");
+        serving.send(method, path, &headers, body.as_bytes())
+    };
+    assert_eq!(serving.get("/").status, 200, "the page asks for the token");
+    assert_eq!(serving.get("/healthz").status, 200);
+    for path in [
+        "/api/v1/info",
+        "/api/v1/machines",
+        "/api/v1/events",
+        "/metrics",
+    ] {
+        assert_eq!(serving.get(path).status, 401, "{path}");
+    }
+    let info = ask("GET", "/api/v1/info", &token("operate"), "").json();
+    assert_eq!(info["role"], "operate");
+    assert_eq!(info["token_required"], true);
+    let fault = "{\"case\": \"thermocouple_drift\", \"limit\": 5.0}";
+    assert_eq!(
+        ask("POST", "/api/v1/faults", &token("read"), fault).status,
+        403
+    );
+    assert_eq!(
+        ask("POST", "/api/v1/faults", &token("operate"), fault).status,
+        403
+    );
+    assert_eq!(
+        ask("POST", "/api/v1/faults", &token("administer"), fault).status,
+        201
+    );
+    assert_eq!(
+        ask("POST", "/api/v1/alarms/1/acknowledge", &token("read"), "{}").status,
+        403
+    );
+    let guesses: Vec<u16> = (0..500)
+        .map(|guess| ask("GET", "/api/v1/info", &token(&format!("guess{guess}")), "").status)
+        .collect();
+    assert_eq!(guesses[..20], [401; 20]);
+    assert!(
+        guesses[20..].iter().all(|status| *status == 429),
+        "{guesses:?}"
+    );
+    assert_eq!(serving.get("/healthz").status, 200);
+    let log = serving.log();
+    assert!(!log.contains("0123456789abcdef"), "{log}");
+}

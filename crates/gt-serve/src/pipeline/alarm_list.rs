@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use gtfdi::fdi::NamedDiagnosis;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::alarm::{Acknowledgement, Alarm, AlarmAction, AlarmEvent, AlarmState, Candidate, Shelf};
@@ -18,7 +19,7 @@ use super::alarm::{Acknowledgement, Alarm, AlarmAction, AlarmEvent, AlarmState, 
 /// | `severity` | 500 | severity of an alarm without a name | 1 to 1000 |
 /// | `severities` | none | severities by the names of faults and tests | 1 to 1000 |
 /// | `longest_shelf_s` | 86400 | for how long an alarm can be set aside | 60 to 2592000 |
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct AlarmOptions {
     /// How long a condition must hold before it is an alarm, in seconds.

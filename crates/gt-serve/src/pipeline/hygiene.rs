@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Quality, Reading};
@@ -19,7 +20,7 @@ const SECOND_NS: f64 = 1e9;
 /// | `age_s` | 10 | age of a tag's last good value beyond which it is stale | above 0 |
 /// | `hold_s` | 0 | how long a tag's last good value stands in for a missing one | 0 or more |
 /// | `restart_s` | 30 | how long all readings must be late until the clock is taken to have been set back | above 0 |
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HygieneOptions {
     /// How long a sample waits for readings that are late, in seconds of source time.

@@ -25,3 +25,15 @@ impl Quality {
         matches!(self, Self::Good | Self::Uncertain | Self::Interpolated)
     }
 }
+
+impl From<Quality> for gt_log::Quality {
+    fn from(quality: Quality) -> Self {
+        match quality {
+            Quality::Good => Self::Good,
+            Quality::Uncertain => Self::Uncertain,
+            Quality::Interpolated => Self::Interpolated,
+            Quality::Bad => Self::Bad,
+            Quality::Stale => Self::Stale,
+        }
+    }
+}
