@@ -12,10 +12,14 @@ import { readSoon, readTrend, takeSample } from "./trends.js";
 
 /** Pauses between tries to connect. */
 const PAUSES_MS = [500, 1000, 2000, 4000, 8000];
+/** Pause before another try to read the machines and alarms. */
+const RETRY_MS = 5000;
 /** A clock that is further off than this is worth a word. */
 const CLOCK_OFF_MS = 5000;
 
 let version = null;
+/** The connection that stands, if any. */
+let stream = null;
 /** Why there is no connection. */
 let why = "";
 let wake = () => {};
@@ -118,29 +122,39 @@ function announce(alarm, before) {
 async function connect() {
   const changes = { alarms: 0 };
   await readInfo();
-  await listen({
-    opened() {
-      readAll(changes).then(
-        () => {
-          const { lost_ms } = state;
-          setLive(true);
-          say("status", lost_ms === null ? `Connected. ${byId("summary").textContent}.` : `Connected again after ${duration(now() - lost_ms)}.`);
-          state.lost_ms = null;
-        },
-        (error) => {
-          note("alarm-notes", "all", `Alarms and machines could not be read: ${error.message}.`, {
-            label: "Try again",
-            run: () => readAll(changes).then(() => setLive(true), () => {}),
-          });
-        },
-      );
-    },
-    event(name, data) {
-      if (name === "alarm") changes.alarms += 1;
-      // A name such as `constructor` is no event.
-      if (Object.hasOwn(takes, name)) takes[name](data);
-    },
-  });
+  try {
+    await listen({
+      opened() {
+        stream = changes;
+        catchUp(changes);
+      },
+      event(name, data) {
+        if (name === "alarm") changes.alarms += 1;
+        // A name such as `constructor` is no event.
+        if (Object.hasOwn(takes, name)) takes[name](data);
+      },
+    });
+  } finally {
+    stream = null;
+  }
+}
+
+/** Reads what happened before the stream stood; again and again until it is read or the stream ends. */
+async function catchUp(changes) {
+  try {
+    await readAll(changes);
+  } catch (error) {
+    if (stream !== changes) return;
+    const text = `Alarms and machines could not be read: ${error.message}. The next try is in ${RETRY_MS / 1000} s.`;
+    note("alarm-notes", "all", text);
+    setTimeout(() => stream === changes && catchUp(changes), RETRY_MS);
+    return;
+  }
+  if (stream !== changes) return;
+  const { lost_ms } = state;
+  setLive(true);
+  say("status", lost_ms === null ? `Connected. ${byId("summary").textContent}.` : `Connected again after ${duration(now() - lost_ms)}.`);
+  state.lost_ms = null;
 }
 
 async function run() {

@@ -18,6 +18,8 @@ const GROUPS = [
 const SPANS = [["120", "2 min"], ["600", "10 min"], ["3600", "1 h"], ["28800", "8 h"]];
 const POINTS = 600;
 const MEANWHILE = 1000;
+/** Pause before another try to read a trend. */
+const RETRY_MS = 10_000;
 const CLOSED = "gtfdi.closed";
 
 let span_s = 600;
@@ -74,6 +76,7 @@ export async function readTrend() {
     readPastAlarms(machine, own);
   } catch (error) {
     if (own !== reading) return;
+    setTimeout(() => own === reading && state.live && readTrend(), RETRY_MS);
     note("trend-notes", "trend", `The trends of ${machine} could not be read: ${error.message}.`, {
       label: "Try again",
       run: readTrend,

@@ -10,6 +10,7 @@ are skipped. --axe takes the script of the npm package axe-core and checks contr
 """
 
 import argparse
+import shutil
 import sys
 import time
 import traceback
@@ -39,8 +40,8 @@ def options():
     )
     parser.add_argument("--patience", type=float, default=1.0, help="factor on all waits, for a busy machine")
     parser.add_argument("--only", default="", help="only checks whose name holds this")
-    parser.add_argument("--chromium", default="/usr/bin/chromium")
-    parser.add_argument("--chromedriver", default="/usr/bin/chromedriver")
+    parser.add_argument("--chromium", default=shutil.which("chromium"))
+    parser.add_argument("--chromedriver", default=shutil.which("chromedriver"))
     return parser.parse_args()
 
 

@@ -111,7 +111,7 @@ class Machine:
         }
 
     def trend(self, seconds, points):
-        """The trend as the API tells it: three samples a bucket stand for all."""
+        """The trend as the API tells it: two samples a bucket stand for all."""
         end = self.last_ms()
         bucket = max(80, seconds * 1000 // points)
         rows = self.rows()
@@ -122,7 +122,7 @@ class Machine:
         def ends(row, time_ms):
             if time_ms in gap:
                 return None
-            found = [self.value(row, time_ms + part * bucket // 3) for part in range(3)]
+            found = [self.value(row, time_ms + part * bucket // 2) for part in range(2)]
             found = [value for value in found if value is not None]
             return (min(found), max(found)) if found else None
 

@@ -218,6 +218,13 @@ def failed_readings_are_told(browser, mock):
     browser.click(browser.one("#trend-notes button"))
     browser.until("charts", lambda: browser.all("#charts canvas"))
     assert browser.text("#trend-notes") == ""
+    mock.broken["machines"] = (500, "not now")
+    browser.open(mock.url)
+    wanted = "Alarms and machines could not be read: not now. The next try is in 5 s."
+    browser.until("that nothing could be read", lambda: browser.text("#alarm-notes") == wanted)
+    mock.broken.clear()
+    browser.until("live by itself", lambda: browser.js("return document.body.dataset.connection") == "live", 12)
+    browser.until("no note", lambda: browser.text("#alarm-notes") == "")
 
 
 def lost_connection_is_shown(browser, mock, shots=None):
