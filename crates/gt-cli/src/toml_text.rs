@@ -43,15 +43,19 @@ pub fn explained(error: &toml::de::Error, schema: &Schema) -> String {
 
 /// The name that is nearest to a wrong one, if any is near.
 pub fn nearest<'a>(found: &str, known: &'a BTreeSet<String>) -> Option<&'a str> {
-    let distance = |name: &str| {
-        let lower = |text: &str| text.to_lowercase().replace('_', "-");
-        strsim::damerau_levenshtein(&lower(found), &lower(name))
+    let lower = |text: &str| text.to_lowercase().replace('_', "-");
+    let wrong = lower(found);
+    let distance = |name: &String| strsim::damerau_levenshtein(&wrong, &lower(name));
+    let near = known.iter().min_by_key(|name| distance(name))?;
+    // A word that is cut off, or goes on, is near however many letters that are.
+    let is_part = |name: &&String| {
+        let name = lower(name);
+        wrong.len().min(name.len()) > 2 && (name.starts_with(&wrong) || wrong.starts_with(&name))
     };
-    let near = known
-        .iter()
-        .map(|name| (distance(name), name.as_str()))
-        .min()?;
-    (near.0 as f64 <= NEAR * found.chars().count() as f64).then_some(near.1)
+    let is_near = distance(near) as f64 <= NEAR * found.chars().count() as f64;
+    let near = is_near.then_some(near);
+    near.or_else(|| known.iter().find(is_part))
+        .map(String::as_str)
 }
 
 /// The names of all properties in a schema.
@@ -85,6 +89,8 @@ mod tests {
             ("sample_time", Some("sample-time")),
             ("sed", Some("seed")),
             ("ORDER", Some("order")),
+            ("ord", Some("order")),
+            ("orderly-conduct", Some("order")),
             ("odrer", Some("order")),
             ("x", None),
             ("", None),

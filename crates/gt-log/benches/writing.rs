@@ -170,7 +170,7 @@ fn main() -> Outcome<()> {
     let samples = readings();
     let messages: Vec<Vec<u8>> = samples.iter().map(encoded).collect();
     let folder = folder()?;
-    let path = |name: &str| -> PathBuf { folder.path().join(name) };
+    let path = |name: &str| -> PathBuf { folder.path().join(format!("{name}.mcap")) };
     let done = |outcome: Outcome<()>| {
         if let Err(error) = outcome {
             eprintln!("writing: {error}");

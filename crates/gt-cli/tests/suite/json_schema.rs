@@ -4,13 +4,14 @@
 use serde_json::Value;
 
 /// Keywords that say nothing of what is valid.
-const REMARKS: [&str; 6] = [
+const REMARKS: [&str; 7] = [
     "$schema",
     "$defs",
     "title",
     "description",
     "default",
     "format",
+    "writeOnly",
 ];
 
 /// What is wrong with a value, a line each with its place.

@@ -74,7 +74,7 @@ fn mistakes_are_named() {
     );
     export(
         &["--out", "s.csv", "--topic", "/x"],
-        "s.mcap: expected a topic `/x`, found /plant/measured, /plant/truth",
+        "s.mcap: expected a topic `/x`, found /plant/measured, /plant/quality, /plant/truth",
     );
     export(
         &["--out", "s.csv", "--rows", "5:90"],

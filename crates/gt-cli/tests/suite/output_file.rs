@@ -165,6 +165,6 @@ fn a_full_disk_leaves_no_file() {
         let script = format!("trap '' XFSZ; ulimit -f 8; exec \"$0\" {line}");
         shell.args(["-c", &script, env!("CARGO_BIN_EXE_gtfdi")]);
         shell.current_dir(place.path("s.mcap").parent().expect("a folder"));
-        place.ends_badly(1, &mut shell, &["t.", "too large"]);
+        place.ends_badly(1, &mut shell, &["gtfdi: t.", "could not write"]);
     }
 }
