@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use gt_campaign::campaign::{Row, Spec, Status, finished_rows};
 use serde_json::Value;
 
+use crate::document::{Document, Step, commands};
 use crate::place::{Place, Ran};
 
 /// 200 runs of 40 s of four faults, limits for one false alarm in an hour: some seconds of work.
@@ -368,30 +369,15 @@ fn a_bank_of_a_file_judges_without_a_model() {
 
 #[test]
 fn the_campaign_of_the_readme_runs_as_printed() {
-    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md");
-    let readme = std::fs::read_to_string(readme).expect("the README");
-    let after = |text: &str| readme.split_once(text).expect("a beginning").1.to_owned();
-    let block = |text: String| text.split("```").next().expect("an end").to_owned();
+    let readme = Document::read("README.md");
     let place = place("");
-    place.write(
-        "drift_campaign.toml",
-        block(after("```toml\n# drift_campaign.toml\n")),
-    );
-    let commands = readme
-        .lines()
-        .filter(|line| line.starts_with("gtfdi campaign drift_campaign"));
-    let commands: Vec<Vec<&str>> = commands
-        .map(|line| {
-            line.split('#')
-                .next()
-                .unwrap_or(line)
-                .split_whitespace()
-                .skip(1)
-                .collect()
-        })
-        .collect();
+    let files = readme.files("toml").into_iter();
+    let mut files = files.filter(|(name, _)| *name == "drift_campaign.toml");
+    let (name, text) = files.next().expect("the campaign");
+    place.write(name, text);
+    let commands = commands(readme.block_with("sh", "gtfdi campaign drift_campaign"));
     assert_eq!(commands.len(), 2);
-    let summary = place.json(&commands[0]);
+    let summary = Step::run(&place, commands[0].clone()).report();
     assert_eq!(
         (&summary["runs"], &summary["failed"]),
         (&Value::from(200), &Value::from(0))
@@ -404,7 +390,8 @@ fn the_campaign_of_the_readme_runs_as_printed() {
     };
     // From a fiftieth of a percent to half a percent.
     assert!(share(0) < 0.3 && share(7) > 0.9, "{fault}");
-    let row: Value = serde_json::from_str(&place.done(&commands[1])).expect("one JSON object");
+    let row: Value = serde_json::from_str(&Step::run(&place, commands[1].clone()).stdout)
+        .expect("one JSON object");
     let stored = serde_json::to_value(&rows(&place, "drift")[17]).expect("a row");
     assert_eq!(row, stored);
 }

@@ -32,13 +32,20 @@ impl Place {
 
     /// The binary in this folder, with nothing of this process's own configuration.
     pub fn command(&self, args: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_gtfdi"));
+        let mut command = self.program(env!("CARGO_BIN_EXE_gtfdi"));
+        command.args(args);
+        command
+    }
+
+    /// Any program in this folder, likewise.
+    pub fn program(&self, program: &str) -> Command {
+        let mut command = Command::new(program);
         for (name, _) in std::env::vars_os() {
             if name.to_string_lossy().starts_with("GTFDI_") {
                 command.env_remove(name);
             }
         }
-        command.current_dir(self.folder.path()).args(args);
+        command.current_dir(self.folder.path());
         command
     }
 

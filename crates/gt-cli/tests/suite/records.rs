@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use crate::document::{Document, Step, commands};
 use crate::place::{Place, array, number, object};
 use crate::signal::{arx, csv, second_order, second_order_csv, two_outputs_csv};
 
@@ -304,29 +305,21 @@ fn records_that_do_not_belong_together_are_refused() {
 
 #[test]
 fn the_commands_of_the_readme_on_several_records_run() {
-    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md");
-    let readme = std::fs::read_to_string(readme).expect("the README");
+    let readme = Document::read("README.md");
     let place = Place::new();
     for (name, seed) in [("monday.csv", 1), ("tuesday.csv", 2), ("friday.csv", 3)] {
         place.write(name, second_order_csv(300, seed));
     }
-    let block = readme
-        .split("```")
-        .find(|block| block.contains("monday.csv"))
-        .expect("a block");
-    let block = block
-        .strip_prefix("sh\n")
-        .expect("a shell block")
-        .replace("\\\n", "");
-    let commands: Vec<&str> = block.lines().collect();
-    assert_eq!(commands.len(), 3, "{block}");
+    let commands = commands(readme.block_with("sh", "monday.csv"));
+    assert_eq!(commands.len(), 3, "{commands:?}");
     for command in commands {
-        let args: Vec<&str> = command.split_whitespace().skip(1).collect();
-        let report = place.json(&args);
-        match args[1] {
-            "monday.csv" => assert_eq!(report["structure"]["full"]["na"], 2),
-            "check" => assert_eq!(report["sound"], true, "{}", report["findings"]),
-            _ => assert_eq!(report["stable"], true),
+        let report = Step::run(&place, command.clone()).report();
+        if command.contains("monday.csv") {
+            assert_eq!(report["structure"]["full"]["na"], 2);
+        } else if command.contains("check") {
+            assert_eq!(report["sound"], true, "{}", report["findings"]);
+        } else {
+            assert_eq!(report["stable"], true);
         }
     }
 }

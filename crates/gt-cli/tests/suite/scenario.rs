@@ -3,6 +3,7 @@
 use gt_log::{Selection, read_attachment, read_dataset};
 use serde_json::Value;
 
+use crate::document::{Document, Step, commands};
 use crate::maps::MAP;
 use crate::place::{Place, Ran, array, object};
 
@@ -223,13 +224,10 @@ fn default_profiles_run_without_a_warning_and_wide_unchokes_the_valve() {
 
 #[test]
 fn the_files_of_the_readme_run_as_printed() {
-    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md");
-    let readme = std::fs::read_to_string(readme).expect("the README");
+    let readme = Document::read("README.md");
     let place = Place::new();
     let mut names = Vec::new();
-    for block in readme.split("```toml\n# ").skip(1) {
-        let block = block.split("```").next().expect("an end");
-        let (name, text) = block.split_once('\n').expect("a name and a file");
+    for (name, text) in readme.files("toml") {
         if name == "drift_campaign.toml" {
             continue; // it has a test of its own
         }
@@ -237,18 +235,11 @@ fn the_files_of_the_readme_run_as_printed() {
         names.push(name);
     }
     assert_eq!(names, ["faults.toml", "winter.toml", "map.toml"]);
-    let commands: Vec<&str> = readme
-        .lines()
-        .filter(|line| {
-            names
-                .iter()
-                .any(|name| line.starts_with("gtfdi simulate") && line.contains(name))
-        })
-        .collect();
+    let commands: Vec<String> = commands(readme.block_with("sh", "winter.toml"));
     assert_eq!(commands.len(), names.len());
-    for command in commands {
-        let args: Vec<&str> = command.split(' ').skip(1).collect();
-        let report = place.json(&args);
+    for (command, name) in commands.into_iter().zip(&names) {
+        assert!(command.contains(name), "{command}");
+        let report = Step::run(&place, command.clone()).report();
         assert_eq!(report["samples"], 7500, "{command}");
         assert_eq!(warnings(&report), [""; 0], "{command}");
         assert_eq!(report["ended"], Value::Null, "{command}");
