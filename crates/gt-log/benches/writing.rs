@@ -71,10 +71,10 @@ fn encoded(sample: &[f64; WIDTH]) -> Vec<u8> {
     for (number, value) in (1_u64..).zip(sample) {
         let mut key = number << 3 | 1;
         while key >= 128 {
-            buffer.push((key & 127 | 128) as u8);
+            buffer.push((key & 127 | 128).to_le_bytes()[0]);
             key >>= 7;
         }
-        buffer.push(key as u8);
+        buffer.push(key.to_le_bytes()[0]);
         buffer.extend_from_slice(&value.to_le_bytes());
     }
     buffer

@@ -493,7 +493,7 @@ fn a_disk_that_runs_full_costs_no_whole_file() {
     let files = names(folder);
     let whole: Vec<&String> = files
         .iter()
-        .filter(|name| name.ends_with(".mcap"))
+        .filter(|name| Path::new(name).extension().is_some_and(|own| own == "mcap"))
         .collect();
     assert!(whole.len() > 3, "{files:?}");
     for name in &whole {
@@ -508,7 +508,7 @@ fn a_disk_that_runs_full_costs_no_whole_file() {
     let last = names(folder);
     let last = last
         .iter()
-        .filter(|name| name.ends_with(".mcap"))
+        .filter(|name| Path::new(name).extension().is_some_and(|own| own == "mcap"))
         .max()
         .unwrap();
     assert_eq!(values(&folder.join(last)), expected(next..next + 1));

@@ -81,6 +81,8 @@ pub(super) fn detection_curves(row: &Table10Row, smallest: [Option<&[f64]>; 3]) 
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::float_cmp, reason = "shares of four runs are exact")]
+
     use super::*;
 
     fn row() -> Table10Row {

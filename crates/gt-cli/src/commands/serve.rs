@@ -38,7 +38,7 @@ pub fn run(args: &ServeArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         "http"
     };
     serve(&config, |address| {
-        complain(&format!("{scheme}://{address}/"))
+        complain(&format!("{scheme}://{address}/"));
     })
     .map_err(failure)?;
     Ok(Outcome::Done)

@@ -278,73 +278,31 @@ fn the_description_has_the_paths_that_there_are() {
     }
 }
 
-/// Lines of a record on standard input: the alarms are those of `detect`, to the sample.
+/// Filters of a noisy turbine (`bank.json`) and a record with a drift (`faulty.mcap`), by the command
+/// line.
+fn bank_and_record(place: &Place) {
+    let fault = "[[fault]]\ncase = \"thermocouple_drift\"\nonset_s = 300.0\n\
+                 rate_percent_per_h = 60.0\nlimit_percent = 1.0\n";
+    place.write("drift.toml", fault);
+    for command in [
+        "simulate --seconds 600 --seed 1 --noise table8 --out train.mcap",
+        "simulate --seconds 7200 --seed 2 --noise table8 --out healthy.mcap",
+        "simulate --seconds 900 --seed 3 --noise table8 --faults drift.toml --out faulty.mcap",
+        "identify train.mcap --inputs a_v,M_f --outputs q_c,t3,p7,m9 --method eiv --order 2 --nk 0 \
+         --out model.json",
+        "design --model model.json --healthy healthy.mcap --generator kalman --statistic cusum \
+         --arl0 24h --out bank.json",
+    ] {
+        let arguments: Vec<&str> = command.split_whitespace().collect();
+        place.done(&arguments);
+    }
+}
+
+/// A record that is played: the alarms are those of `detect`, to the sample.
 #[test]
 fn a_replayed_record_has_the_alarms_of_detect() {
     let place = Place::new();
-    let fault = "[[fault]]\ncase = \"thermocouple_drift\"\nonset_s = 300.0\nrate_percent_per_h = 60.0\nlimit_percent = 1.0\n";
-    place.write("drift.toml", fault);
-    let simulate = |out: &str, seconds: &str, seed: &str| {
-        place.done(&[
-            "simulate",
-            "--seconds",
-            seconds,
-            "--seed",
-            seed,
-            "--noise",
-            "table8",
-            "--out",
-            out,
-        ]);
-    };
-    simulate("train.mcap", "600", "1");
-    simulate("healthy.mcap", "7200", "2");
-    place.done(&[
-        "identify",
-        "train.mcap",
-        "--inputs",
-        "a_v,M_f",
-        "--outputs",
-        "q_c,t3,p7,m9",
-        "--structure",
-        "full",
-        "--method",
-        "eiv",
-        "--order",
-        "2",
-        "--nk",
-        "0",
-        "--out",
-        "model.json",
-    ]);
-    place.done(&[
-        "design",
-        "--model",
-        "model.json",
-        "--healthy",
-        "healthy.mcap",
-        "--generator",
-        "kalman",
-        "--statistic",
-        "cusum",
-        "--arl0",
-        "24h",
-        "--out",
-        "bank.json",
-    ]);
-    place.done(&[
-        "simulate",
-        "--seconds",
-        "900",
-        "--seed",
-        "3",
-        "--noise",
-        "table8",
-        "--faults",
-        "drift.toml",
-        "--out",
-        "faulty.mcap",
-    ]);
+    bank_and_record(&place);
     let expected = place.json(&["detect", "--bank", "bank.json", "faulty.mcap"]);
     let expected: Vec<(String, i64)> = array(&expected, "/alarms")
         .iter()

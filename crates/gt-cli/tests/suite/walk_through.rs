@@ -1,7 +1,7 @@
 //! The walk-throughs of `docs`, run as they are printed: the numbers of their tables are what the
 //! binary reports.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
@@ -48,7 +48,7 @@ fn the_tennessee_eastman_walk_through_is_true() {
     };
     let names = ["d00", "d00_te", "d01_te", "d05_te", "d11_te"];
     let paths = names.map(|name| folder.join("tep").join(format!("{name}.csv")));
-    let place = place_with(&paths.each_ref().map(|path| path.as_path()));
+    let place = place_with(&paths.each_ref().map(PathBuf::as_path));
     let document = Document::read("docs/tennessee_eastman.md");
     let steps = document.run_in(&place);
 
