@@ -12,8 +12,8 @@ use super::watch::{Watch, WatchEvent, WatchState};
 
 const MILLISECOND_NS: i64 = 1_000_000;
 /// Length and number of the buckets of the trend: an hour.
-const BUCKET_MS: i64 = 500;
-const BUCKETS: usize = 7200;
+const BUCKET_MS: i64 = 1000;
+const BUCKETS: usize = 3600;
 
 /// How a machine stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

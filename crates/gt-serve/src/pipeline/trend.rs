@@ -5,13 +5,19 @@ use std::collections::VecDeque;
 /// The least and largest value of a bucket; `None` where there was none.
 pub type Band = Option<[f64; 2]>;
 
-/// A ring of buckets of all series of a machine.
+/// A [`Band`] as it is kept: to seven digits, which is more than a chart shows; NaN where there is
+/// none.
+type Kept = [f32; 2];
+
+const NONE: Kept = [f32::NAN; 2];
+
+/// A ring of buckets of all series of a machine, to seven digits.
 #[derive(Debug, Clone)]
 pub struct Trend {
     bucket_ms: i64,
     capacity: usize,
     series: usize,
-    buckets: VecDeque<(i64, Vec<Band>)>,
+    buckets: VecDeque<(i64, Vec<Kept>)>,
 }
 
 impl Trend {
@@ -49,12 +55,17 @@ impl Trend {
                 Vec::new()
             };
             bands.clear();
-            bands.resize(self.series, None);
+            bands.resize(self.series, NONE);
             self.buckets.push_back((start_ms, bands));
         }
         if let Some((_, bands)) = self.buckets.back_mut() {
             for (band, value) in bands.iter_mut().zip(values) {
-                *band = join(*band, value.is_finite().then_some([value, value]));
+                #[allow(clippy::cast_possible_truncation)] // infinite where it is beyond
+                let value = value as f32;
+                if value.is_finite() {
+                    // NaN is neither less nor more.
+                    *band = [band[0].min(value), band[1].max(value)];
+                }
             }
         }
     }
@@ -81,18 +92,22 @@ impl Trend {
             if times.last() == Some(&start_ms) {
                 for (all, band) in bands.iter_mut().zip(own) {
                     if let Some(last) = all.last_mut() {
-                        *last = join(*last, *band);
+                        *last = join(*last, shown(*band));
                     }
                 }
             } else {
                 times.push(start_ms);
                 for (all, band) in bands.iter_mut().zip(own) {
-                    all.push(*band);
+                    all.push(shown(*band));
                 }
             }
         }
         (width_ms, times, bands)
     }
+}
+
+fn shown([low, high]: Kept) -> Band {
+    low.is_finite().then(|| [f64::from(low), f64::from(high)])
 }
 
 fn join(one: Band, other: Band) -> Band {
@@ -123,9 +138,11 @@ mod tests {
             prop_assert!(times.windows(2).all(|pair| pair[1] - pair[0] >= width_ms));
             let low = bands[0].iter().flatten().map(|band| band[0]).fold(f64::MAX, f64::min);
             let high = bands[0].iter().flatten().map(|band| band[1]).fold(f64::MIN, f64::max);
-            let least = values.iter().copied().fold(f64::MAX, f64::min);
+            #[allow(clippy::cast_possible_truncation)] // as they are kept
+            let kept: Vec<f64> = values.iter().map(|value| f64::from(*value as f32)).collect();
+            let least = kept.iter().copied().fold(f64::MAX, f64::min);
             prop_assert_eq!(low.to_bits(), least.to_bits());
-            let largest = values.iter().copied().fold(f64::MIN, f64::max);
+            let largest = kept.iter().copied().fold(f64::MIN, f64::max);
             prop_assert_eq!(high.to_bits(), largest.to_bits());
         }
     }
