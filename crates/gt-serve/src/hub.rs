@@ -134,7 +134,7 @@ impl Cell {
         };
         let text = std::fs::read(path).map_err(|cause| ServeError::io("read", path, &cause))?;
         let detector = gt_log::DetectorFile::read(path)?;
-        let reloaded = self.lock().reload(&detector);
+        let reloaded = self.lock().reload(&detector, now_ms());
         reloaded.map_err(|cause| ServeError::Machine {
             machine: self.name.clone(),
             cause,

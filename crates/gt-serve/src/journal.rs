@@ -200,7 +200,9 @@ impl Journal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::{AlarmList, AlarmOptions, Condition};
+    use gtfdi::fdi::{NamedDiagnosis, NamedHypothesis};
+
+    use crate::pipeline::{AlarmList, AlarmListState, AlarmOptions, Condition};
 
     /// Alarms of one statistic that come, are seen and go, with their events.
     fn events(alarms: i64) -> Vec<AlarmEvent> {
@@ -272,6 +274,64 @@ mod tests {
             assert_eq!(text.lines().count(), lines + 1);
             Journal::open(&path).unwrap();
         }
+    }
+
+    /// A statistic beyond all numbers, and a fault of which nothing is known: JSON has neither, and
+    /// a journal that holds them is read again.
+    #[test]
+    fn numbers_that_json_has_not_do_no_harm() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("alarms.jsonl");
+        let mut list = AlarmList::new("gt1", "isolator", AlarmOptions::default());
+        let condition = Condition {
+            key: 0,
+            source: "t3".to_owned(),
+            statistic: f64::INFINITY,
+            threshold: 1.0,
+            onset_ms: None,
+        };
+        list.raise(condition, 0);
+        list.advance(0, true, || 1);
+        let unknown = |fault: &str, magnitude: f64| NamedHypothesis {
+            fault: fault.to_owned(),
+            unit: "%".to_owned(),
+            probability: 0.5,
+            magnitude,
+            magnitude_interval: [magnitude; 2],
+            onset_s: 1.0,
+            onset_interval_s: [0.0, 2.0],
+        };
+        let diagnosis = NamedDiagnosis {
+            diagnosed_s: 2.0,
+            finding: "named",
+            fault: Some("a".to_owned()),
+            unit: None,
+            probability: Some(f64::NAN),
+            onset_s: Some(1.0),
+            magnitude: Some(f64::NAN),
+            hypotheses: vec![unknown("a", f64::NAN), unknown("b", 1.0)],
+            none_of_these: f64::NAN,
+            pair: None,
+        };
+        list.learn(0, &diagnosis, 2000, |_| 0);
+        let mut journal = Journal::open(&path).unwrap();
+        for event in list.take_events() {
+            journal.append(&event).unwrap();
+        }
+        drop(journal);
+        let open = Journal::open(&path).unwrap().open_of("gt1");
+        assert_eq!(open[0].statistic.to_bits(), f64::MAX.to_bits());
+        assert_eq!(open[0].fault.as_deref(), Some("a"));
+        assert_eq!(open[0].magnitude, None);
+        let known: Vec<&str> = open[0]
+            .hypotheses
+            .iter()
+            .map(|own| own.fault.as_str())
+            .collect();
+        assert_eq!(known, ["b"]);
+        let text = serde_json::to_string(&list.state()).unwrap();
+        let state: AlarmListState = serde_json::from_str(&text).unwrap();
+        assert_eq!(state, list.state());
     }
 
     #[test]

@@ -13,6 +13,7 @@ use axum_server::tls_rustls::RustlsConfig;
 use gt_log::DetectorFile;
 use tokio::signal::unix::{SignalKind, signal};
 
+use crate::clock::now_ms;
 use crate::config::{DEFAULT_LISTEN, ServeConfig};
 use crate::error::ServeError;
 use crate::http::{Access, Service, router};
@@ -215,7 +216,7 @@ fn build(config: &ServeConfig) -> Result<(Hub, Option<Arc<EmbeddedPlant>>), Serv
         let folder = config.state_dir.as_deref();
         let snapshot = folder.and_then(|folder| snapshots::read(folder, name));
         let had_snapshot = snapshot.is_some();
-        if let Some(why) = machine.resume(journal.open_of(name), snapshot)
+        if let Some(why) = machine.resume(journal.open_of(name), snapshot, now_ms())
             && had_snapshot
         {
             tracing::warn!(machine = name, why, "begins afresh");

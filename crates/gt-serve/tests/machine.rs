@@ -17,6 +17,8 @@ const PERIOD_NS: i64 = 80_000_000;
 /// The record begins in 2026.
 const START_NS: i64 = 1_700_000_000_000_000_000;
 
+const NOW_MS: i64 = START_NS / 1_000_000;
+
 /// Numbers without visible order in -1 .. 1 (`SplitMix64`).
 fn noise(seed: u64, len: usize) -> Vec<f64> {
     let mut state = seed;
@@ -165,7 +167,7 @@ fn a_detector_of_other_tags_is_refused() {
     )
     .unwrap();
     let error = machine
-        .reload(&DetectorFile::Bank(other))
+        .reload(&DetectorFile::Bank(other), NOW_MS)
         .unwrap_err()
         .to_string();
     assert_eq!(
@@ -174,7 +176,7 @@ fn a_detector_of_other_tags_is_refused() {
          every 0.08 s"
     );
     assert_eq!(machine.watch().name(), "bank");
-    machine.reload(&DetectorFile::Bank(bank())).unwrap();
+    machine.reload(&DetectorFile::Bank(bank()), NOW_MS).unwrap();
 }
 
 #[test]
@@ -194,7 +196,7 @@ fn a_snapshot_of_another_detector_or_version_begins_afresh() {
     let open: Vec<_> = first.alarms().open().cloned().collect();
     assert_eq!(open.len(), 1);
     let mut second = machine(true);
-    let why = second.resume(open, Some(newer)).unwrap();
+    let why = second.resume(open, Some(newer), NOW_MS).unwrap();
     assert_eq!(why, "schema_version of the snapshot: expected 1, found 99");
     let stands: Vec<bool> = second
         .alarms()
@@ -264,7 +266,7 @@ proptest! {
         let given = found.iter().map(|event| event.alarm.id).max().unwrap_or(0);
         let mut second = machine(latch);
         second.set_ids(given + 1, 1);
-        prop_assert_eq!(second.resume(open, Some(serde_json::from_str(&text).unwrap())), None);
+        prop_assert_eq!(second.resume(open, Some(serde_json::from_str(&text).unwrap()), NOW_MS), None);
         found.extend(feed(&mut second, cut..600));
         prop_assert_eq!(found, expected);
     }
@@ -290,7 +292,7 @@ proptest! {
         let given = events.iter().map(|event| event.alarm.id).max().unwrap_or(0);
         let mut second = machine(true);
         second.set_ids(given + 1, 1);
-        second.resume(open, snapshot);
+        second.resume(open, snapshot, NOW_MS);
         for k in cut - since..600 {
             for reading in readings(&data, k) {
                 second.offer(&reading, reading.time_ns, |_, _| {});

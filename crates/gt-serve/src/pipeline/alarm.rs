@@ -141,6 +141,13 @@ impl Alarm {
         self.none_of_these = Some(diagnosis.none_of_these);
         let hypotheses = diagnosis.hypotheses.iter();
         self.hypotheses = hypotheses
+            // JSON has no NaN: of a fault that nothing is known of there is nothing to say.
+            .filter(|own| {
+                let [low, high] = own.magnitude_interval;
+                [own.probability, own.magnitude, low, high]
+                    .iter()
+                    .all(|own| own.is_finite())
+            })
             .map(|own| Candidate {
                 fault: own.fault.clone(),
                 unit: own.unit.clone(),

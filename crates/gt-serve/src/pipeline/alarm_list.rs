@@ -211,7 +211,7 @@ impl AlarmList {
     }
 
     /// Goes on with open alarms and, where the detector goes on too, with what else it remembered.
-    pub fn resume(&mut self, open: Vec<Alarm>, state: Option<AlarmListState>) {
+    pub fn resume(&mut self, open: Vec<Alarm>, state: Option<AlarmListState>, now_ms: i64) {
         self.open = open.into_iter().map(|alarm| (alarm.id, alarm)).collect();
         let state = state.unwrap_or_default();
         self.shelves = state.shelves;
@@ -234,25 +234,35 @@ impl AlarmList {
             own.alarm = raised.find(|alarm| alarm.key == key).map(|alarm| alarm.id);
         }
         let known: Vec<u64> = self.pending.iter().filter_map(|own| own.alarm).collect();
-        for alarm in self.open.values_mut() {
-            alarm.unconfirmed = alarm.is_active() && !known.contains(&alarm.id);
-        }
+        self.doubt(now_ms, |alarm| !known.contains(&alarm.id));
         self.judging_since_ms = None;
     }
 
     /// The detector starts afresh, as `detector`: what was up has to be seen again.
-    pub fn start_afresh(&mut self, detector: &str) {
+    pub fn start_afresh(&mut self, detector: &str, time_ms: i64) {
         detector.clone_into(&mut self.detector);
         self.pending.clear();
         self.judging_since_ms = None;
+        self.doubt(time_ms, |_| true);
+    }
+
+    /// Active alarms that are `doubted` are unconfirmed from now on, and the others are not.
+    fn doubt(&mut self, time_ms: i64, doubted: impl Fn(&Alarm) -> bool) {
         for alarm in self.open.values_mut() {
-            alarm.unconfirmed = alarm.is_active();
+            let unconfirmed = alarm.is_active() && doubted(alarm);
+            if alarm.unconfirmed != unconfirmed {
+                alarm.unconfirmed = unconfirmed;
+                let changed = event(time_ms, AlarmAction::Changed, None, String::new(), alarm);
+                self.events.push(changed);
+            }
         }
     }
 
     /// A condition came up at a sample of this time.
-    pub fn raise(&mut self, condition: Condition, time_ms: i64) {
+    pub fn raise(&mut self, mut condition: Condition, time_ms: i64) {
         let key = condition.key;
+        // JSON has no infinity.
+        condition.statistic = condition.statistic.min(f64::MAX);
         if let Some(own) = self.pending.iter_mut().find(|own| own.condition.key == key) {
             // Back within the off-delay.
             own.gone_ms = None;
@@ -264,6 +274,8 @@ impl AlarmList {
             .find(|alarm| alarm.unconfirmed && alarm.is_active() && alarm.key == key);
         let alarm = stands.map(|alarm| {
             alarm.unconfirmed = false;
+            let changed = event(time_ms, AlarmAction::Changed, None, String::new(), alarm);
+            self.events.push(changed);
             alarm.id
         });
         self.pending.push(Pending {
@@ -667,6 +679,7 @@ mod tests {
 
         fn said(&mut self) -> Vec<(AlarmAction, u64)> {
             let events = self.list.take_events().into_iter();
+            let events = events.filter(|event| event.event != AlarmAction::Changed);
             events.map(|event| (event.event, event.alarm.id)).collect()
         }
 
@@ -772,7 +785,7 @@ mod tests {
         let mut desk = Desk::new(AlarmOptions::default());
         desk.raise(0, 10);
         desk.advance(10, true);
-        desk.list.start_afresh("bank");
+        desk.list.start_afresh("bank", 15_000);
         desk.advance(20, false);
         assert!(desk.list.get(1).unwrap().unconfirmed);
         desk.raise(0, 30);
@@ -788,7 +801,7 @@ mod tests {
         desk.raise(0, 10);
         desk.advance(10, true);
         desk.said();
-        desk.list.start_afresh("bank");
+        desk.list.start_afresh("bank", 15_000);
         // Settling does not count, nor does what was before it.
         desk.advance(20, true);
         desk.advance(200, false);
@@ -878,13 +891,13 @@ mod tests {
                     Act::Raise(key) => desk.raise(key, now_s),
                     Act::End(key) => desk.list.end(key, now_s * 1000),
                     Act::Advance(judged) => desk.advance(now_s, judged),
-                    Act::Afresh => desk.list.start_afresh("bank"),
+                    Act::Afresh => desk.list.start_afresh("bank", now_s * 1000),
                     Act::Acknowledge(id) => { let _ = desk.list.acknowledge(id, "a", "", now_s * 1000); }
                     Act::Shelve(id) => { let _ = desk.list.shelve(id, "a", "b", 60.0, now_s * 1000); }
                     Act::Restart(keeps) => {
                         let open: Vec<Alarm> = told.values().filter(|own| own.is_open()).cloned().collect();
                         desk.list = AlarmList::new("gt1", "bank", options.clone());
-                        desk.list.resume(open, keeps.then(|| old.clone()));
+                        desk.list.resume(open, keeps.then(|| old.clone()), now_s * 1000);
                     }
                 }
                 desk.list.tick(now_s * 1000);
@@ -901,9 +914,8 @@ mod tests {
                     prop_assert!(follows, "{:?} after {before:?}", event.event);
                     told.insert(id, event.alarm);
                 }
-                let open: Vec<(u64, AlarmState)> = desk.list.open().map(|own| (own.id, own.state)).collect();
-                let known = told.values().filter(|own| own.is_open());
-                let known: Vec<(u64, AlarmState)> = known.map(|own| (own.id, own.state)).collect();
+                let open: Vec<&Alarm> = desk.list.open().collect();
+                let known: Vec<&Alarm> = told.values().filter(|own| own.is_open()).collect();
                 prop_assert_eq!(open, known);
                 for key in 0..3 {
                     let active = desk.list.open().filter(|own| own.is_active() && own.key == key);

@@ -252,10 +252,11 @@ impl Machine {
 
     fn judge(&mut self, sample: &Sample) {
         let period_s = self.watch.sample_time_s();
+        let time_ms = sample.time_ns.div_euclid(MILLISECOND_NS);
         if sample.restart {
             self.watch.reset();
             let detector = self.watch.name().to_owned();
-            self.alarms.start_afresh(&detector);
+            self.alarms.start_afresh(&detector, time_ms);
         }
         #[allow(clippy::cast_possible_truncation)] // of a time since 1970
         let after_ns = (sample.index as f64 * period_s * 1e9).round() as i64;
@@ -266,7 +267,6 @@ impl Machine {
             let ns = origin_ns.saturating_add((t_s * 1e9).round() as i64);
             ns.div_euclid(MILLISECOND_NS)
         };
-        let time_ms = sample.time_ns.div_euclid(MILLISECOND_NS);
         let (u, y) = sample.values.split_at(self.watch.inputs().len());
         let t_s = sample.index as f64 * period_s;
         // Sizes and times are right by construction.
@@ -322,7 +322,7 @@ impl Machine {
     /// # Errors
     /// [`MachineError`] when it reads other tags or samples of another period; the machine is then
     /// as it was.
-    pub fn reload(&mut self, detector: &DetectorFile) -> Result<(), MachineError> {
+    pub fn reload(&mut self, detector: &DetectorFile, now_ms: i64) -> Result<(), MachineError> {
         let watch = Watch::new(detector)?;
         let tags = |watch: &Watch| {
             let signals = watch.inputs().iter().chain(watch.outputs());
@@ -346,7 +346,7 @@ impl Machine {
         let series = found.len() + self.watch.outputs().len() + self.watch.limits().len();
         self.trend = Trend::new(series, BUCKET_MS, BUCKETS);
         let name = self.watch.name().to_owned();
-        self.alarms.start_afresh(&name);
+        self.alarms.start_afresh(&name, now_ms);
         self.judged = false;
         Ok(())
     }
@@ -371,26 +371,27 @@ impl Machine {
         &mut self,
         open: Vec<Alarm>,
         snapshot: Option<MachineSnapshot>,
+        now_ms: i64,
     ) -> Option<String> {
         let Some(snapshot) = snapshot else {
-            self.alarms.resume(open, None);
+            self.alarms.resume(open, None, now_ms);
             return Some("there is no snapshot".to_owned());
         };
         if snapshot.schema_version != SNAPSHOT_SCHEMA_VERSION {
-            self.alarms.resume(open, None);
+            self.alarms.resume(open, None, now_ms);
             return Some(format!(
                 "schema_version of the snapshot: expected {SNAPSHOT_SCHEMA_VERSION}, found {}",
                 snapshot.schema_version
             ));
         }
         if let Err(why) = self.watch.resume(&snapshot.watch, &snapshot.up) {
-            self.alarms.resume(open, None);
+            self.alarms.resume(open, None, now_ms);
             return Some(why.to_string());
         }
         self.hygiene
             .resume_after(snapshot.origin_ns, snapshot.index);
         self.hygiene.set_counts(snapshot.counts);
-        self.alarms.resume(open, Some(snapshot.alarms));
+        self.alarms.resume(open, Some(snapshot.alarms), now_ms);
         None
     }
 }
