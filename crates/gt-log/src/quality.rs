@@ -1,6 +1,7 @@
 //! How good samples are, and the topic that says so.
 
 use gt_core::{Dataset, Signal};
+use serde::{Deserialize, Serialize};
 
 use crate::writer::QualityTopicId;
 use crate::{LogError, LogWriter};
@@ -11,7 +12,8 @@ const TOPIC: &str = "/plant/quality";
 const PERIOD_S: f64 = 60.0;
 
 /// How good a sample is, as control systems grade them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Quality {
     /// As the sensor gave it.
     Good,
@@ -49,6 +51,11 @@ impl Quality {
             Self::Stale => "STALE",
             Self::Interpolated => "INTERPOLATED",
         }
+    }
+
+    /// Whether there is a value that can be used.
+    pub fn is_usable(self) -> bool {
+        matches!(self, Self::Good | Self::Uncertain | Self::Interpolated)
     }
 
     /// That of a value of which nothing else is known.

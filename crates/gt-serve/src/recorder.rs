@@ -166,8 +166,7 @@ impl Recorder {
         if is_due || *qualities != sample.qualities {
             qualities.clone_from(&sample.qualities);
             *said_ns = sample.time_ns;
-            let own: Vec<gt_log::Quality> = qualities.iter().map(|own| (*own).into()).collect();
-            log.write_quality(QUALITY, time_ns, &own)?;
+            log.write_quality(QUALITY, time_ns, qualities)?;
         }
         log.write(RESIDUAL, time_ns, &values(residuals))?;
         log.write(STATISTIC, time_ns, &values(statistics))

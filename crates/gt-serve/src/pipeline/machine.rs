@@ -5,7 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Reading;
 use super::alarm::{Alarm, AlarmEvent};
-use super::alarm_list::{AlarmError, AlarmList, AlarmListState, AlarmOptions, Condition};
+use super::alarm_error::AlarmError;
+use super::alarm_list::{AlarmList, AlarmListState, Condition};
+use super::alarm_options::AlarmOptions;
 use super::hygiene::{Hygiene, HygieneCounts, HygieneError, HygieneOptions, Sample};
 use super::trend::Trend;
 use super::watch::{Watch, WatchEvent, WatchState};

@@ -4,7 +4,7 @@ use gt_log::DetectorFile;
 use gtfdi::core::Signal;
 use gtfdi::fdi::{
     Bank, Detector, DetectorState, IsolationEvent, IsolationMonitor, Isolator, MonitorState,
-    NamedDiagnosis, ResumeError, StepError,
+    NamedDiagnosis, ResidualGenerator, ResumeError, StepError,
 };
 use serde::{Deserialize, Serialize};
 
@@ -94,17 +94,7 @@ impl Watch {
     }
 
     fn of_bank(bank: &Bank) -> Self {
-        let signals = |tags: Vec<String>| {
-            let known = bank.generators().iter();
-            let known: Vec<&Signal> = known
-                .flat_map(|own| own.inputs().iter().chain(own.outputs()))
-                .collect();
-            let signal = |tag: String| {
-                let own = known.iter().find(|signal| signal.name == tag);
-                own.map_or_else(|| Signal::new(tag, ""), |own| (*own).clone())
-            };
-            tags.into_iter().map(signal).collect()
-        };
+        let signals = |tags| signals(bank.generators(), tags);
         let limits = bank.tests().iter().map(|test| test.threshold.limit);
         Self::with(
             Kind::Bank(Box::new(Detector::new(bank))),
@@ -117,17 +107,7 @@ impl Watch {
     }
 
     fn of_isolator(isolator: &Isolator) -> Result<Self, gtfdi::fdi::FdiError> {
-        let generators = isolator.generators().iter();
-        let known: Vec<&Signal> = generators
-            .flat_map(|own| own.inputs().iter().chain(own.outputs()))
-            .collect();
-        let signals = |tags: Vec<String>| {
-            let signal = |tag: String| {
-                let own = known.iter().find(|signal| signal.name == tag);
-                own.map_or_else(|| Signal::new(tag, ""), |own| (*own).clone())
-            };
-            tags.into_iter().map(signal).collect()
-        };
+        let signals = |tags| signals(isolator.generators(), tags);
         let names = isolator.statistic_names().into_iter();
         let monitor = IsolationMonitor::new(isolator)?;
         Ok(Self::with(
@@ -340,4 +320,17 @@ impl Watch {
         self.settling = false;
         Ok(())
     }
+}
+
+/// The signals of tags, with the units that generators have for them.
+fn signals(generators: &[ResidualGenerator], tags: Vec<String>) -> Vec<Signal> {
+    let known = generators.iter();
+    let known: Vec<&Signal> = known
+        .flat_map(|own| own.inputs().iter().chain(own.outputs()))
+        .collect();
+    let signal = |tag: String| {
+        let own = known.iter().find(|signal| signal.name == tag);
+        own.map_or_else(|| Signal::new(tag, ""), |own| (*own).clone())
+    };
+    tags.into_iter().map(signal).collect()
 }

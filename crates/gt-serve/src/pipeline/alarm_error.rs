@@ -1,0 +1,32 @@
+//! What operators cannot do, and options that make no sense.
+
+/// A request that cannot be met.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum AlarmError {
+    /// There is no such open alarm.
+    #[error("alarm {id}: expected the number of an open alarm")]
+    Unknown {
+        /// The number asked for.
+        id: u64,
+    },
+    /// The alarm is in another state.
+    #[error("alarm {id}: expected {expected}, found {found}")]
+    State {
+        /// The alarm.
+        id: u64,
+        /// What it must be.
+        expected: &'static str,
+        /// What it is.
+        found: &'static str,
+    },
+    /// A field of the request makes no sense.
+    #[error("{field}: expected {expected}, found {found}")]
+    Field {
+        /// The field.
+        field: &'static str,
+        /// What it may be.
+        expected: String,
+        /// What it is.
+        found: String,
+    },
+}
