@@ -1,5 +1,7 @@
 //! Development tasks, run as `cargo xtask <task>`.
 
+mod fuzz;
+
 use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,6 +16,9 @@ cargo xtask <task>
   test-python   build the wheel, install it, run the Python tests
   test-node     read logs of the binary with @mcap/core; needs node, npm and the network, and is no
                 part of `test`
+  fuzz [SECONDS] [TARGET ...]
+                bytes of any kind for every parser, 600 s each; needs a C++ compiler and the network,
+                and is no part of `test`
 
 GTFDI_REFERENCE_DATA names the folder of public records that some tests read (absolute path);
 unset, those tests skip by name.";
@@ -28,6 +33,7 @@ fn main() -> ExitCode {
         Some("test-no-std") => test_no_std(),
         Some("test-python") => test_python(),
         Some("test-node") => test_node(),
+        Some("fuzz") => fuzz::fuzz(&env::args().skip(2).collect::<Vec<_>>()),
         Some("help" | "--help" | "-h") => {
             println!("{HELP}");
             return ExitCode::SUCCESS;

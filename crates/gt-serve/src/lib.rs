@@ -6,6 +6,8 @@
 mod clock;
 mod config;
 mod error;
+#[cfg(fuzzing)]
+pub mod fuzzing;
 mod http;
 mod hub;
 mod journal;
