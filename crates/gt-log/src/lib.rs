@@ -12,8 +12,9 @@
 //! - [`write_run`], [`write_verdicts`] and [`write_diagnoses`] are the logs of a simulated run
 //!   (`/plant/measured`, `/plant/truth`, `/plant/faults`), of a bank's verdicts and of an isolator's;
 //!   each says what its topics hold.
-//! - [`RotatingLog`] writes file after file, each whole by itself, and removes the oldest; [`export`]
-//!   makes tables of topics.
+//! - [`RotatingLog`] writes file after file, each whole by itself, and removes the oldest;
+//!   [`recover_parts`] makes whole what it had to leave when its process died; [`export`] makes
+//!   tables of topics.
 //! - [`read_json`] and [`write_json`] are model and bank files; [`ModelFile`] and
 //!   [`DetectorFile`] are what is in one.
 //!
@@ -71,7 +72,7 @@ pub use model_log::LoggedModel;
 pub use plant_log::write_run;
 pub use quality::Quality;
 pub use reader::{JsonMessage, read_attachment, read_json_messages};
-pub use recover::{Loss, LossKind, RecoveredTopic, Recovery, recover};
+pub use recover::{Loss, LossKind, PartRecovery, RecoveredTopic, Recovery, recover, recover_parts};
 pub use rotating_log::{JsonTopicHead, LogHead, RotatingLog, RotationOptions, TopicHead};
 pub use source::sha256_hex;
 pub use time::{EPOCH_NS, UNIFORM_TOLERANCE, sample_time_ns};

@@ -1,6 +1,6 @@
 //! Logs that go on for years: one whole file after the other, the oldest removed.
 
-use std::fs;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use gt_core::Signal;
@@ -142,6 +142,8 @@ struct Open {
     /// Which span since 1970 the first message lies in.
     span: u64,
     written: u32,
+    /// Tells other processes, and [`recover_parts`](crate::recover_parts), that it is at work.
+    _lock: Option<File>,
 }
 
 /// A log in files that follow each other, each whole by itself: metadata, attachments and topics
@@ -152,8 +154,8 @@ struct Open {
 /// clock inside: time is that of the messages and of [`RotatingLog::tick`].
 ///
 /// When the process dies, a write fails or the log is dropped without [`RotatingLog::finish`], the
-/// `.part` stays: [`recover`](crate::recover()) writes what was flushed. Files of other names are
-/// never touched, nor is a `.part`.
+/// `.part` stays: [`recover_parts`](crate::recover_parts) writes what was flushed. Files of other
+/// names are never touched, nor is a `.part`.
 pub struct RotatingLog {
     options: RotationOptions,
     head: LogHead,
@@ -260,6 +262,15 @@ impl RotatingLog {
         self.remove_old()
     }
 
+    /// Ends the open file; the next begins with this head.
+    ///
+    /// # Errors
+    /// As [`LogWriter::finish`], but the `.part` stays; the head is the new one all the same.
+    pub fn begin_with(&mut self, head: LogHead) -> Result<(), LogError> {
+        self.head = head;
+        self.close()
+    }
+
     /// Ends the open file.
     ///
     /// # Errors
@@ -343,6 +354,9 @@ impl RotatingLog {
         }
         // On the disk before the first message: what comes after can be recovered.
         log.flush()?;
+        let part = PathBuf::from(format!("{}.part", path.display()));
+        // Where the file system has no locks, nobody is told.
+        let lock = File::open(part).ok().filter(|own| own.try_lock().is_ok());
         Ok(Open {
             log,
             topics,
@@ -350,6 +364,7 @@ impl RotatingLog {
             json_topics,
             span,
             written: 0,
+            _lock: lock,
         })
     }
 
@@ -440,7 +455,7 @@ fn free_name(options: &RotationOptions, time_ns: u64) -> PathBuf {
 }
 
 /// When the file of this name began, if it is one of a log with this stem.
-fn began_ns(stem: &str, name: &str) -> Option<u64> {
+pub(crate) fn began_ns(stem: &str, name: &str) -> Option<u64> {
     let rest = name.strip_prefix(stem)?.strip_prefix('-')?;
     let rest = rest.strip_suffix(EXTENSION)?;
     let (time, number) = rest.split_at_checked(rest.find('Z')? + 1)?;

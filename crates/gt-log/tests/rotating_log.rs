@@ -8,7 +8,8 @@ use std::path::Path;
 use gt_core::Signal;
 use gt_log::{
     EPOCH_NS, JsonTopicHead, LogError, LogHead, LogWriter, Quality, RotatingLog, RotationOptions,
-    RunMetadata, Selection, TopicHead, info, read_attachment, read_dataset, recover, verify,
+    RunMetadata, Selection, TopicHead, info, read_attachment, read_dataset, recover, recover_parts,
+    verify,
 };
 use serde_json::json;
 use tempfile::tempdir;
@@ -289,6 +290,49 @@ fn what_was_flushed_before_a_crash_is_recovered() {
             .join("log-20060118T000010.000000000Z-2.mcap")
             .exists()
     );
+}
+
+/// What a process left behind is made whole; what one still writes is not touched.
+#[test]
+fn parts_that_were_left_behind_are_recovered() {
+    let folder = tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let mut dead = RotatingLog::create(options(folder.path()), head()).unwrap();
+    for k in 10..15 {
+        write(&mut dead, k);
+    }
+    dead.tick(at(14)).unwrap();
+    drop(dead);
+    let mut alive = RotatingLog::create(options(folder.path()), head()).unwrap();
+    write(&mut alive, 20);
+    alive.tick(at(20)).unwrap();
+    // Of another log, and of nobody.
+    for other in [
+        "other-20060118T000010.000000000Z.mcap.part",
+        "log-notes.mcap.part",
+    ] {
+        fs::write(path(other), "mine").unwrap();
+    }
+    // Power was lost before the first byte was on the disk.
+    let empty = "log-20060118T000100.000000000Z.mcap.part";
+    fs::write(path(empty), "").unwrap();
+    let found = recover_parts(folder.path(), "log").unwrap();
+    let parts: Vec<_> = found.iter().map(|own| own.part.clone()).collect();
+    let dead = "log-20060118T000010.000000000Z.mcap";
+    assert_eq!(parts, [path(&format!("{dead}.part")), path(empty)]);
+    assert_eq!(found[0].outcome.as_ref().unwrap().messages, 5);
+    assert!(matches!(
+        found[1].outcome,
+        Err(LogError::NothingToRecover { .. })
+    ));
+    assert_eq!(values(&path(dead)), expected(10..15));
+    assert!(verify(&path(dead)).unwrap().sound);
+    assert!(!path(&format!("{dead}.part")).exists());
+    write(&mut alive, 21);
+    alive.finish().unwrap();
+    let alive = path("log-20060118T000020.000000000Z.mcap");
+    assert_eq!(values(&alive), expected(20..22));
+    assert_eq!(recover_parts(folder.path(), "log").unwrap().len(), 1);
 }
 
 /// A device that is always full stands for a full disk.

@@ -1,6 +1,7 @@
 //! Mending logs that were cut off or changed.
 
 mod copy;
+mod parts;
 mod resync;
 mod survey;
 
@@ -13,7 +14,9 @@ use sha2::{Digest, Sha256};
 use crate::LogError;
 use crate::raw::RawFile;
 use crate::source::hex;
+
 use copy::copy;
+pub use parts::{PartRecovery, recover_parts};
 use survey::Survey;
 
 /// What [`recover`] found and wrote.
