@@ -22,13 +22,14 @@ const ROOMS: [(&str, &[&str]); 11] = [
 ];
 
 /// Outside crates that only some rooms may name.
-const GUARDED: [(&str, &[&str]); 27] = [
+const GUARDED: [(&str, &[&str]); 28] = [
     ("faer", &["gt-core", "gt-ident", "gt-fdi"]),
     ("clarabel", &["gt-core"]),
     ("pulp", &["gt-fdi", "gt-ident", "gt-plant"]),
     ("libm", &["gt-fdi"]),
     ("tokio", &["gt-serve"]),
     ("axum", &["gt-serve"]),
+    ("hyper-util", &["gt-serve"]),
     ("rumqttc", &["gt-serve"]),
     ("rustls", &["gt-serve"]),
     ("tracing", &["gt-serve"]),

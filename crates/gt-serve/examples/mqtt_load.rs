@@ -31,6 +31,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let records = setting.records(&runs, seconds + 1.0)?;
     let mut options = MqttOptions::new("mqtt_load", "localhost", port);
     options.set_inflight(1000);
+    // What the broker has not acknowledged when it goes is sent again when it comes.
+    options.set_clean_session(false);
     let (client, mut connection) = Client::new(options, 100_000);
     let acknowledged = thread::spawn(move || {
         let mut count = 0_u64;

@@ -44,7 +44,7 @@ pub struct ServeConfig {
 }
 
 /// The page and the API.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct HttpConfig {
     /// The address; 127.0.0.1:8471 unless given, or a free port if that is taken.
@@ -55,6 +55,20 @@ pub struct HttpConfig {
     pub tls_certificate: Option<PathBuf>,
     /// Its private key in PEM.
     pub tls_key: Option<PathBuf>,
+    /// Streams of events at once, one for each open page; who comes when there are as many is told so.
+    pub streams: usize,
+}
+
+impl Default for HttpConfig {
+    fn default() -> Self {
+        Self {
+            listen: None,
+            tokens_file: None,
+            tls_certificate: None,
+            tls_key: None,
+            streams: 64,
+        }
+    }
 }
 
 /// Between sources and detectors.
@@ -217,6 +231,10 @@ pub struct RecorderConfig {
     pub keep_s: Option<u64>,
     /// How many bytes of a machine's files are kept.
     pub keep_bytes: Option<u64>,
+    /// What is done when the disk takes less than comes. Without it the oldest is dropped and
+    /// counted, so that no disk holds up an alarm, but where records are played and nothing else:
+    /// they wait.
+    pub policy: Option<QueuePolicy>,
 }
 
 fn an_hour() -> u64 {
@@ -282,6 +300,12 @@ impl ServeConfig {
         self.plant.clone().or_else(default)
     }
 
+    /// Whether something comes that does not wait: a machine at work.
+    pub(crate) fn has_live_source(&self) -> bool {
+        let lines = &self.lines;
+        self.embedded().is_some() || self.mqtt.is_some() || lines.stdin || lines.tcp.is_some()
+    }
+
     /// Refuses what makes no sense, and what would not be safe.
     ///
     /// # Errors
@@ -306,6 +330,7 @@ impl ServeConfig {
         let lines = &self.lines;
         in_range("lines.longest_line", lines.longest_line as f64, 64.0, 1e7)?;
         in_range("lines.connections", lines.connections as f64, 1.0, 1e4)?;
+        in_range("http.streams", self.http.streams as f64, 1.0, 1e4)?;
         if let Some(address) = lines.tcp.filter(|address| !address.ip().is_loopback()) {
             return Err(ServeError::option(
                 "lines.tcp",

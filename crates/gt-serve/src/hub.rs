@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use gt_log::sha256_hex;
+use gt_log::{DetectorFile, LogHead, sha256_hex};
 use serde::Serialize;
 use tokio::sync::broadcast;
 
@@ -15,6 +15,7 @@ use crate::journal::Journal;
 use crate::metrics::{Metrics, count};
 use crate::pipeline::{Alarm, AlarmEvent, Band, Machine, MachineState, Reading, Sample};
 use crate::queue::Queue;
+use crate::recorder::log_head;
 
 /// Frames and events that a slow listener may fall behind.
 const FRAMES: usize = 1024;
@@ -63,6 +64,13 @@ pub enum Recorded {
         /// What.
         event: Box<AlarmEvent>,
     },
+    /// Another detector from here on.
+    Detector {
+        /// The machine.
+        machine: usize,
+        /// What its log begins with now.
+        head: Box<LogHead>,
+    },
 }
 
 /// A machine with where it comes from.
@@ -78,8 +86,22 @@ pub struct Cell {
     /// The worker that judges it.
     pub worker: usize,
     machine: Mutex<Machine>,
-    /// SHA-256 of its detector.
-    sha256: Mutex<String>,
+    detector: Mutex<DetectorText>,
+}
+
+/// A detector as its file has it.
+struct DetectorText {
+    text: Arc<[u8]>,
+    sha256: String,
+}
+
+impl DetectorText {
+    fn new(text: &[u8]) -> Self {
+        Self {
+            text: text.into(),
+            sha256: sha256_hex(text),
+        }
+    }
 }
 
 impl Cell {
@@ -99,7 +121,7 @@ impl Cell {
             aliases,
             worker,
             machine: Mutex::new(machine),
-            sha256: Mutex::new(sha256_hex(detector_text)),
+            detector: Mutex::new(DetectorText::new(detector_text)),
         }
     }
 
@@ -108,41 +130,24 @@ impl Cell {
         self.machine.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// SHA-256 of its detector.
+    fn detector(&self) -> MutexGuard<'_, DetectorText> {
+        self.detector.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Its detector in JSON.
+    pub fn detector_text(&self) -> Arc<[u8]> {
+        Arc::clone(&self.detector().text)
+    }
+
+    /// SHA-256 of that.
     pub fn sha256(&self) -> String {
-        let own = self.sha256.lock().unwrap_or_else(PoisonError::into_inner);
-        own.clone()
+        self.detector().sha256.clone()
     }
 
     /// The place of a tag, by the name that its source gives it.
     pub fn place(&self, tag: &str) -> Option<usize> {
         let own = self.aliases.get(tag).map_or(tag, String::as_str);
         self.places.get(own).copied()
-    }
-
-    /// Puts the detector of its file in the place of the one it has.
-    ///
-    /// # Errors
-    /// [`ServeError`] when the file does not fit; the machine goes on as it was.
-    pub fn reload(&self) -> Result<String, ServeError> {
-        let Some(path) = &self.detector_file else {
-            return Err(ServeError::option(
-                format!("machine `{}`", self.name),
-                "a detector from a file",
-                "the built-in one",
-            ));
-        };
-        let text = std::fs::read(path).map_err(|cause| ServeError::io("read", path, &cause))?;
-        let detector = gt_log::DetectorFile::read(path)?;
-        let reloaded = self.lock().reload(&detector, now_ms());
-        reloaded.map_err(|cause| ServeError::Machine {
-            machine: self.name.clone(),
-            cause,
-        })?;
-        let sha256 = sha256_hex(&text);
-        let mut own = self.sha256.lock().unwrap_or_else(PoisonError::into_inner);
-        own.clone_from(&sha256);
-        Ok(sha256)
     }
 }
 
@@ -212,6 +217,38 @@ impl Hub {
         let worker = self.cells.get(batch.machine).map(|cell| cell.worker);
         let queue = worker.and_then(|worker| self.queues.get(worker));
         queue.is_some_and(|queue| queue.push(batch))
+    }
+
+    /// Puts the detector of a machine's file in the place of the one it has; its SHA-256.
+    ///
+    /// # Errors
+    /// [`ServeError`] when the file does not fit; the machine goes on as it was.
+    pub fn reload(&self, place: usize) -> Result<String, ServeError> {
+        let cell = &self.cells[place];
+        let Some(path) = &cell.detector_file else {
+            return Err(ServeError::option(
+                format!("machine `{}`", cell.name),
+                "a detector from a file",
+                "the built-in one",
+            ));
+        };
+        let text = std::fs::read(path).map_err(|cause| ServeError::io("read", path, &cause))?;
+        let detector = DetectorFile::read(path)?;
+        let mut machine = cell.lock();
+        let reloaded = machine.reload(&detector, now_ms());
+        reloaded.map_err(|cause| ServeError::Machine {
+            machine: cell.name.clone(),
+            cause,
+        })?;
+        *cell.detector() = DetectorText::new(&text);
+        // Under the lock, so that it stands between the samples of the one and of the other.
+        if let Some(recorder) = &self.recorder {
+            recorder.push(Recorded::Detector {
+                machine: place,
+                head: Box::new(log_head(cell, &machine)),
+            });
+        }
+        Ok(cell.sha256())
     }
 
     /// Writes what happened to the alarms of a machine, which is locked, to the journal, and then

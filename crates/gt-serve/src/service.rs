@@ -11,12 +11,15 @@ use std::time::Duration;
 use axum_server::Handle;
 use axum_server::tls_rustls::RustlsConfig;
 use gt_log::DetectorFile;
+use hyper_util::rt::{TokioExecutor, TokioTimer};
+use hyper_util::server::conn::auto::Builder;
 use tokio::signal::unix::{SignalKind, signal};
+use tokio::sync::Semaphore;
 
 use crate::clock::now_ms;
 use crate::config::{DEFAULT_LISTEN, ServeConfig};
 use crate::error::ServeError;
-use crate::http::{Access, Service, router};
+use crate::http::{Access, Service, router, tls};
 use crate::hub::{Cell, Hub};
 use crate::journal::Journal;
 use crate::pipeline::{Machine, MachineOptions};
@@ -37,7 +40,7 @@ const SNAPSHOT_S: f64 = 10.0;
 const RECORDED: usize = 65_536;
 /// How long requests may take to end when the service stops.
 const GRACE: Duration = Duration::from_secs(2);
-/// How long a connection may take to send its first request.
+/// How long a connection may take to send a request.
 const FIRST_REQUEST: Duration = Duration::from_secs(10);
 /// How long a worker may be at one message before the watchdog is no longer answered, ms.
 const ALIVE_MS: i64 = 5000;
@@ -58,6 +61,7 @@ pub fn serve(config: &ServeConfig, announce: impl FnOnce(SocketAddr)) -> Result<
         Some(path) => Access::read(path)?,
         None => Access::open(),
     };
+    let tls = tls(&config.http)?;
     let listener = listen(config.http.listen)?;
     let tcp = match config.lines.tcp {
         Some(address) => Some(bind("lines.tcp", address)?),
@@ -108,9 +112,10 @@ pub fn serve(config: &ServeConfig, announce: impl FnOnce(SocketAddr)) -> Result<
     let service = Arc::new(Service {
         hub: Arc::clone(&hub),
         access,
+        streams: Arc::new(Semaphore::new(config.http.streams)),
         plant,
     });
-    let served = run_http(config, service, listener, publisher.clone(), announce);
+    let served = run_http(tls, service, listener, publisher.clone(), announce);
 
     hub.stop();
     if let Some(publisher) = publisher {
@@ -271,7 +276,14 @@ fn build(config: &ServeConfig) -> Result<(Hub, Option<Arc<EmbeddedPlant>>), Serv
     let queue = &config.queue;
     let queues = (0..workers).map(|_| Queue::new(queue.capacity, queue.policy));
     let recorder = config.recorder.as_ref();
-    let recorder = recorder.map(|_| Queue::new(RECORDED, QueuePolicy::Block));
+    let recorder = recorder.map(|own| {
+        let policy = own.policy.unwrap_or(if config.has_live_source() {
+            QueuePolicy::DropOldest
+        } else {
+            QueuePolicy::Block
+        });
+        Queue::new(RECORDED, policy)
+    });
     journal.forget_machines_but(
         &cells
             .iter()
@@ -342,7 +354,7 @@ fn start_sources(
 
 /// Answers requests until the service is to stop.
 fn run_http(
-    config: &ServeConfig,
+    tls: Option<RustlsConfig>,
     service: Arc<Service>,
     listener: TcpListener,
     publisher: Option<crate::source::mqtt::Publisher>,
@@ -366,19 +378,17 @@ fn run_http(
             tokio::spawn(publisher.run(Arc::clone(&hub)));
         }
         announce(address);
-        let http = &config.http;
-        let served = if let (Some(certificate), Some(key)) = (&http.tls_certificate, &http.tls_key)
-        {
-            let tls = RustlsConfig::from_pem_file(certificate, key).await;
-            let tls = tls.map_err(|cause| ServeError::io("use", certificate, &cause))?;
+        let served = if let Some(tls) = tls {
             let server = axum_server::from_tcp_rustls(listener, tls);
             let server = server.map_err(system("the page's address"))?;
-            let server = server.handle(handle).first_request_timeout(FIRST_REQUEST);
+            let mut server = server.handle(handle).first_request_timeout(FIRST_REQUEST);
+            limit_waiting(server.http_builder());
             server.serve(app).await
         } else {
             let server = axum_server::from_tcp(listener);
             let server = server.map_err(system("the page's address"))?;
-            let server = server.handle(handle).first_request_timeout(FIRST_REQUEST);
+            let mut server = server.handle(handle).first_request_timeout(FIRST_REQUEST);
+            limit_waiting(server.http_builder());
             server.serve(app).await
         };
         stopping.abort();
@@ -386,6 +396,14 @@ fn run_http(
     });
     runtime.shutdown_timeout(GRACE);
     result
+}
+
+/// Ends connections that do not ask within [`FIRST_REQUEST`], the first time or after an answer.
+fn limit_waiting(builder: &mut Builder<TokioExecutor>) {
+    let mut http1 = builder.http1();
+    http1
+        .timer(TokioTimer::new())
+        .header_read_timeout(FIRST_REQUEST);
 }
 
 /// Waits for a signal or for another part that stops the service; loads detectors again on SIGHUP
@@ -427,11 +445,11 @@ async fn watch_for_stop(hub: Arc<Hub>, handle: Handle<SocketAddr>) {
 }
 
 fn reload_all(hub: &Hub) {
-    for cell in &hub.cells {
+    for (place, cell) in hub.cells.iter().enumerate() {
         if cell.detector_file.is_none() {
             continue;
         }
-        match cell.reload() {
+        match hub.reload(place) {
             Ok(sha256) => tracing::info!(machine = cell.name, sha256, "detector loaded"),
             Err(error) => {
                 tracing::error!(machine = cell.name, %error, "the detector stays as it was");
@@ -464,7 +482,7 @@ fn notify(notice: Notice) {
 fn notify(_notice: Notice) {}
 
 /// A hub of the embedded turbine alone, for tests.
-#[cfg(test)]
+#[cfg(any(test, fuzzing))]
 pub(crate) fn turbine_hub() -> Arc<Hub> {
     use std::sync::LazyLock;
 

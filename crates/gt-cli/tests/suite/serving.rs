@@ -55,7 +55,8 @@ impl Serving {
             let length = lines.read_line(&mut line).unwrap();
             log.lock().unwrap().push_str(&line);
             assert!(length > 0, "no address: {}", log.lock().unwrap());
-            let after = line.split_once("http://").map(|(_, rest)| rest);
+            let after = line.split_once("http://").or(line.split_once("https://"));
+            let after = after.map(|(_, rest)| rest);
             address = after.and_then(|rest| rest.trim().trim_end_matches('/').parse().ok());
         }
         let ready_after = started.elapsed();

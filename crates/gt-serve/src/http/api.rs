@@ -153,7 +153,7 @@ pub async fn reload(
     allow(&caller, Role::Administer)?;
     let place = place(&service, &name)?;
     let own = Arc::clone(&service);
-    let reloaded = tokio::task::spawn_blocking(move || own.hub.cells[place].reload()).await;
+    let reloaded = tokio::task::spawn_blocking(move || own.hub.reload(place)).await;
     let reloaded = reloaded.map_err(|_| ApiError::invalid("the detector cannot be loaded"))?;
     let sha256 = reloaded.map_err(|error| ApiError::invalid(error.to_string()))?;
     tracing::info!(machine = name, sha256, by = caller.name, "detector loaded");
@@ -297,6 +297,11 @@ pub async fn acknowledge(
     let Json(body) = body?;
     let by = name_of(&caller, body.by)?;
     let comment = text("comment", &body.comment.unwrap_or_default(), false)?;
+    let alarm = alarm_of(&service, id)?;
+    if alarm.acknowledged.is_some() {
+        // Sent again, or by a second operator: who was first stays, although it may be over by now.
+        return Ok(Json(alarm));
+    }
     act(&service, id, |alarms| {
         alarms.acknowledge(id, &by, &comment, now_ms())
     })

@@ -50,7 +50,6 @@ impl From<AlarmError> for ApiError {
         let message = error.to_string();
         match error {
             AlarmError::Unknown { .. } => Self::not_found(message),
-            AlarmError::State { .. } => Self::new(StatusCode::CONFLICT, "state", message),
             AlarmError::Field { .. } => Self::invalid(message),
         }
     }

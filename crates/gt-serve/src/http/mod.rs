@@ -7,6 +7,7 @@ mod openapi;
 mod page;
 mod scrape;
 mod stream;
+mod tls;
 mod view;
 
 use std::net::{IpAddr, SocketAddr};
@@ -20,11 +21,13 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 
 pub use auth::Access;
+pub use tls::tls;
 
 use crate::hub::Hub;
 use crate::metrics::count;
 use crate::source::plant::EmbeddedPlant;
 use failure::ApiError;
+use tokio::sync::Semaphore;
 
 /// The largest body that is taken, in bytes.
 const LARGEST_BODY: usize = 1 << 20;
@@ -39,6 +42,8 @@ pub struct Service {
     pub hub: Arc<Hub>,
     /// Who may do what.
     pub access: Access,
+    /// Places for streams of events.
+    pub streams: Arc<Semaphore>,
     /// The embedded turbine, where it runs.
     pub plant: Option<Arc<EmbeddedPlant>>,
 }

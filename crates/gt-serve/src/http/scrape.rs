@@ -81,6 +81,13 @@ fn totals(text: &mut Exposition, hub: &Hub) {
     text.single("queue_length", "gauge", help, waiting as f64);
     let help = "Messages that a full queue dropped.";
     text.single("queue_dropped_total", "counter", help, dropped as f64);
+    if let Some(recorder) = &hub.recorder {
+        let (waiting, _, dropped) = recorder.counts();
+        let help = "Records that wait to be written.";
+        text.single("recorder_queue_length", "gauge", help, waiting as f64);
+        let help = "Records that were dropped because the disk was slow.";
+        text.single("recorder_dropped_total", "counter", help, dropped as f64);
+    }
 }
 
 /// A count of a machine.

@@ -6,17 +6,20 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use axum::extract::State;
+use axum::http::StatusCode;
 use axum::response::Sse;
 use axum::response::sse::{Event, KeepAlive};
 use futures_util::Stream;
 use futures_util::stream::unfold;
 use serde::Serialize;
 use serde_json::json;
+use tokio::sync::OwnedSemaphorePermit;
 use tokio::sync::broadcast::Receiver;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::time::{Interval, MissedTickBehavior, interval};
 
 use super::Service;
+use super::failure::ApiError;
 use super::view::MachineView;
 use crate::clock::now_ns;
 use crate::hub::Frame;
@@ -36,12 +39,21 @@ struct Listener {
     waiting: Vec<Event>,
     /// What was said of each machine.
     said: Vec<String>,
+    /// The place that it takes among all listeners.
+    _place: OwnedSemaphorePermit,
 }
 
 /// `GET /api/v1/events`.
 pub async fn events(
     State(service): State<Arc<Service>>,
-) -> Sse<impl Stream<Item = Result<Event, Infallible>>> {
+) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, ApiError> {
+    let Ok(place) = Arc::clone(&service.streams).try_acquire_owned() else {
+        return Err(ApiError::new(
+            StatusCode::SERVICE_UNAVAILABLE,
+            "busy",
+            "expected fewer streams of events than http.streams, found as many",
+        ));
+    };
     let mut ticks = interval(MACHINES);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let listener = Listener {
@@ -51,12 +63,13 @@ pub async fn events(
         service,
         ticks,
         waiting: Vec::new(),
+        _place: place,
     };
     let stream = unfold(listener, |mut own| async move {
         let event = own.next().await?;
         Some((Ok(event), own))
     });
-    Sse::new(stream).keep_alive(KeepAlive::new().interval(HEARTBEAT))
+    Ok(Sse::new(stream).keep_alive(KeepAlive::new().interval(HEARTBEAT)))
 }
 
 impl Listener {

@@ -60,7 +60,7 @@ impl MachineView {
         let last = machine.last();
         let reason = match state {
             MachineState::NoData => Some("no reading has come yet".to_owned()),
-            MachineState::Stale => Some("nothing comes from its source".to_owned()),
+            MachineState::Stale => Some(silent(machine)),
             MachineState::Settling => Some(settling(machine)),
             _ => None,
         };
@@ -106,6 +106,16 @@ impl MachineView {
             samples: machine.counts().samples,
             missing_samples: machine.counts().missing,
         }
+    }
+}
+
+/// What does not come.
+fn silent(machine: &Machine) -> String {
+    let tags: Vec<&str> = machine.stale_tags().collect();
+    if tags.is_empty() || tags.len() == machine.tags().count() {
+        "nothing comes from its source".to_owned()
+    } else {
+        format!("no good value of {} for too long", tags.join(", "))
     }
 }
 

@@ -9,16 +9,6 @@ pub enum AlarmError {
         /// The number asked for.
         id: u64,
     },
-    /// The alarm is in another state.
-    #[error("alarm {id}: expected {expected}, found {found}")]
-    State {
-        /// The alarm.
-        id: u64,
-        /// What it must be.
-        expected: &'static str,
-        /// What it is.
-        found: &'static str,
-    },
     /// A field of the request makes no sense.
     #[error("{field}: expected {expected}, found {found}")]
     Field {

@@ -315,10 +315,11 @@ impl AlarmList {
         }
     }
 
-    /// An operator has seen an alarm.
+    /// An operator has seen an alarm. One that was acknowledged stays as it is, with who was first:
+    /// a request whose answer was lost can be sent again.
     ///
     /// # Errors
-    /// [`AlarmError`] when it is not open, or acknowledged already.
+    /// [`AlarmError`] when it is not open.
     pub fn acknowledge(
         &mut self,
         id: u64,
@@ -328,11 +329,7 @@ impl AlarmList {
     ) -> Result<Alarm, AlarmError> {
         let alarm = self.open.get_mut(&id).ok_or(AlarmError::Unknown { id })?;
         if alarm.state == AlarmState::ActiveAcknowledged {
-            return Err(AlarmError::State {
-                id,
-                expected: "an alarm that is not acknowledged",
-                found: "an acknowledged one",
-            });
+            return Ok(alarm.clone());
         }
         alarm.acknowledged = Some(Acknowledgement {
             by: by.to_owned(),
@@ -403,18 +400,14 @@ impl AlarmList {
         Ok(done)
     }
 
-    /// An operator takes an alarm back from the shelf.
+    /// An operator takes an alarm back from the shelf; one that is not there stays as it is.
     ///
     /// # Errors
-    /// [`AlarmError`] when it is not open or not on the shelf.
+    /// [`AlarmError`] when it is not open.
     pub fn unshelve(&mut self, id: u64, by: &str, now_ms: i64) -> Result<Alarm, AlarmError> {
         let alarm = self.open.get(&id).ok_or(AlarmError::Unknown { id })?;
         if alarm.shelved.is_none() {
-            return Err(AlarmError::State {
-                id,
-                expected: "an alarm on the shelf",
-                found: "one that is not",
-            });
+            return Ok(alarm.clone());
         }
         let source = alarm.source.clone();
         self.take_from_shelf(&source, now_ms, Some(by));

@@ -3,7 +3,6 @@
 use gt_log::DetectorFile;
 use serde::{Deserialize, Serialize};
 
-use super::Reading;
 use super::alarm::{Alarm, AlarmEvent};
 use super::alarm_error::AlarmError;
 use super::alarm_list::{AlarmList, AlarmListState, Condition};
@@ -11,6 +10,7 @@ use super::alarm_options::AlarmOptions;
 use super::hygiene::{Hygiene, HygieneCounts, HygieneError, HygieneOptions, Sample};
 use super::trend::Trend;
 use super::watch::{Watch, WatchEvent, WatchState};
+use super::{Quality, Reading};
 
 const MILLISECOND_NS: i64 = 1_000_000;
 /// Length and number of the buckets of the trend: an hour.
@@ -31,7 +31,7 @@ pub enum MachineState {
     Healthy,
     /// There is an active alarm.
     Alarm,
-    /// Nothing has come for longer than it may be silent.
+    /// Nothing, or no good value of one of its tags, has come for longer than it may be silent.
     Stale,
     /// It has no detector.
     Failed,
@@ -195,9 +195,18 @@ impl Machine {
             Some(arrived_ns) if now_ns.saturating_sub(arrived_ns) as f64 > age_ns => {
                 MachineState::Stale
             }
+            _ if self.stale_tags().next().is_some() => MachineState::Stale,
             _ if !self.judged => MachineState::Settling,
             _ => MachineState::Healthy,
         }
+    }
+
+    /// Tags that have had no good value for longer than they may; what needs them is not judged.
+    pub fn stale_tags(&self) -> impl Iterator<Item = &str> {
+        let qualities = self.last.iter().flat_map(|sample| &sample.qualities);
+        let tags = qualities.zip(self.tags());
+        tags.filter(|(quality, _)| **quality == Quality::Stale)
+            .map(|(_, tag)| tag)
     }
 
     /// Takes a reading that came at `now_ns`; `each` sees every sample that it completes, after it

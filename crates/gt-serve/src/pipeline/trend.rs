@@ -1,6 +1,7 @@
 //! The recent past of a machine in buckets of least and largest values.
 
 use std::collections::VecDeque;
+use std::iter::repeat_n;
 
 /// The least and largest value of a bucket; `None` where there was none.
 pub type Band = Option<[f64; 2]>;
@@ -11,61 +12,60 @@ type Kept = [f32; 2];
 
 const NONE: Kept = [f32::NAN; 2];
 
-/// A ring of buckets of all series of a machine, to seven digits.
+/// A ring of buckets of all series of a machine, to seven digits. Its memory is asked for at once and
+/// never grows.
 #[derive(Debug, Clone)]
 pub struct Trend {
     bucket_ms: i64,
     capacity: usize,
     series: usize,
-    buckets: VecDeque<(i64, Vec<Kept>)>,
+    times_ms: VecDeque<i64>,
+    /// The bands of all series of a bucket, bucket by bucket.
+    bands: VecDeque<Kept>,
 }
 
 impl Trend {
     /// `capacity` buckets of `bucket_ms` milliseconds.
     pub fn new(series: usize, bucket_ms: i64, capacity: usize) -> Self {
+        let capacity = capacity.max(1);
+        // Written once, so that the system has given it before the service says that it is ready.
+        let mut times_ms = VecDeque::from(vec![-1; capacity]);
+        let mut bands = VecDeque::from(vec![NONE; capacity * series]);
+        times_ms.clear();
+        bands.clear();
         Self {
             bucket_ms: bucket_ms.max(1),
-            capacity: capacity.max(1),
+            capacity,
             series,
-            buckets: VecDeque::new(),
+            times_ms,
+            bands,
         }
     }
 
     /// Takes the values of a time; values that are not finite leave no trace.
     pub fn push(&mut self, time_ms: i64, values: impl Iterator<Item = f64>) {
         let start_ms = time_ms.div_euclid(self.bucket_ms) * self.bucket_ms;
-        let is_new = self
-            .buckets
-            .back()
-            .is_none_or(|(last_ms, _)| *last_ms != start_ms);
-        if is_new {
+        let last_ms = self.times_ms.back().copied();
+        if last_ms != Some(start_ms) {
             // After a clock was set back the past is another's.
-            if self
-                .buckets
-                .back()
-                .is_some_and(|(last_ms, _)| *last_ms > start_ms)
-            {
-                self.buckets.clear();
+            if last_ms.is_some_and(|last_ms| last_ms > start_ms) {
+                self.times_ms.clear();
+                self.bands.clear();
             }
-            let mut bands = if self.buckets.len() >= self.capacity {
-                self.buckets
-                    .pop_front()
-                    .map_or_else(Vec::new, |(_, bands)| bands)
-            } else {
-                Vec::new()
-            };
-            bands.clear();
-            bands.resize(self.series, NONE);
-            self.buckets.push_back((start_ms, bands));
+            if self.times_ms.len() >= self.capacity {
+                self.times_ms.pop_front();
+                self.bands.drain(..self.series);
+            }
+            self.times_ms.push_back(start_ms);
+            self.bands.extend(repeat_n(NONE, self.series));
         }
-        if let Some((_, bands)) = self.buckets.back_mut() {
-            for (band, value) in bands.iter_mut().zip(values) {
-                #[allow(clippy::cast_possible_truncation)] // infinite where it is beyond
-                let value = value as f32;
-                if value.is_finite() {
-                    // NaN is neither less nor more.
-                    *band = [band[0].min(value), band[1].max(value)];
-                }
+        let first = self.bands.len() - self.series;
+        for (band, value) in self.bands.range_mut(first..).zip(values) {
+            #[allow(clippy::cast_possible_truncation)] // infinite where it is beyond
+            let value = value as f32;
+            if value.is_finite() {
+                // NaN is neither less nor more.
+                *band = [band[0].min(value), band[1].max(value)];
             }
         }
     }
@@ -73,21 +73,20 @@ impl Trend {
     /// At most `points` buckets of the last `seconds`: their common length in milliseconds, their
     /// times, and the bands of each series.
     pub fn last(&self, seconds: f64, points: usize) -> (i64, Vec<i64>, Vec<Vec<Band>>) {
-        let Some((newest_ms, _)) = self.buckets.back() else {
+        let Some(newest_ms) = self.times_ms.back() else {
             return (self.bucket_ms, Vec::new(), vec![Vec::new(); self.series]);
         };
         #[allow(clippy::cast_possible_truncation)] // saturates
         let from_ms = newest_ms.saturating_sub((seconds * 1e3) as i64);
-        let held = self
-            .buckets
-            .partition_point(|(time_ms, _)| *time_ms < from_ms);
-        let count = (newest_ms - from_ms.max(self.buckets[held].0)) / self.bucket_ms + 1;
+        let held = self.times_ms.partition_point(|time_ms| *time_ms < from_ms);
+        let count = (newest_ms - from_ms.max(self.times_ms[held])) / self.bucket_ms + 1;
         let points = i64::try_from(points.max(1)).unwrap_or(i64::MAX);
         let per = (count - 1) / points + 1;
         let width_ms = per.max(1) * self.bucket_ms;
         let mut times: Vec<i64> = Vec::new();
         let mut bands: Vec<Vec<Band>> = vec![Vec::new(); self.series];
-        for (time_ms, own) in self.buckets.iter().skip(held) {
+        for (place, time_ms) in self.times_ms.iter().enumerate().skip(held) {
+            let own = self.bands.range(place * self.series..).take(self.series);
             let start_ms = time_ms.div_euclid(width_ms) * width_ms;
             if times.last() == Some(&start_ms) {
                 for (all, band) in bands.iter_mut().zip(own) {

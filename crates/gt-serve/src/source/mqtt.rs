@@ -139,7 +139,8 @@ impl Broker {
     /// Takes readings until the service stops; a broker that goes away is waited for.
     pub fn run(mut self, hub: &Arc<Hub>) {
         let mut shown = 0;
-        let mut was_lost = true;
+        // Why there is no broker, as it was last said.
+        let mut lost: Option<String> = None;
         let publisher = self.publisher();
         for event in self.connection.iter() {
             if hub.is_stopping() {
@@ -147,7 +148,7 @@ impl Broker {
             }
             match event {
                 Ok(Event::Incoming(Packet::ConnAck(_))) => {
-                    was_lost = false;
+                    lost = None;
                     count(&hub.metrics.mqtt_connects);
                     tracing::info!("connected to the broker");
                     for pattern in &self.patterns {
@@ -182,10 +183,11 @@ impl Broker {
                 }
                 Ok(_) => {}
                 Err(cause) => {
-                    if !was_lost {
-                        tracing::warn!(%cause, "the broker is lost");
+                    let cause = cause.to_string();
+                    if lost.as_ref() != Some(&cause) {
+                        tracing::warn!(cause, "no broker; it is tried again");
                     }
-                    was_lost = true;
+                    lost = Some(cause);
                     thread::sleep(RETRY);
                 }
             }

@@ -58,6 +58,8 @@ fn an_alarm_goes_through_its_states() {
     assert_eq!(desk.states(), [ActiveUnacknowledged]);
     let done = desk.list.acknowledge(1, "a", "seen", 11_000).unwrap();
     assert_eq!(done.state, ActiveAcknowledged);
+    // Once more, by somebody else: all stays.
+    assert_eq!(desk.list.acknowledge(1, "b", "too", 12_000), Ok(done));
     desk.list.end(0, 20_000);
     desk.advance(24, true);
     assert_eq!(desk.states(), [ActiveAcknowledged], "the off-delay is 5 s");
@@ -196,6 +198,9 @@ fn a_shelf_holds_the_statistic_until_its_time() {
     let said = desk.said();
     assert_eq!(said[1], (Shelved, 1));
     assert_eq!(said[said.len() - 1], (Unshelved, 2));
+    let stands = desk.list.get(2).unwrap().clone();
+    assert_eq!(desk.list.unshelve(2, "a", 71_000), Ok(stands));
+    assert!(desk.said().is_empty(), "it was on no shelf");
     let refused = desk
         .list
         .shelve(2, "a", "x", 1e9, 0)
