@@ -1030,6 +1030,18 @@ def read(
     sample_time_s: float | None = None,
     topic: str | None = None,
     rows: tuple[int, int] | None = None,
+    missing: _Missing = "refuse",
+    encoding: str | None = None,
+    decimal: Literal["point", "comma"] | None = None,
+    header_line: int | None = None,
+    bad_values: _Names | None = None,
+    time_zone: str | None = None,
+    time_format: str | None = None,
+    layout: Literal["wide", "long"] | None = None,
+    resample_s: float | None = None,
+    resample_method: Literal["mean", "hold", "linear"] | None = None,
+    hold_at_most_s: float | None = None,
+    tags: _Path | None = None,
 ) -> Dataset: ...
 def arx(
     u: _Records,

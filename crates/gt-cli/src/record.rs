@@ -8,8 +8,8 @@ use gt_log::{
     TagMap, Warning, read_dataset,
 };
 
-use gtfdi::core::Signal;
-use gtfdi::ident::{ArxModel, Missing};
+use gtfdi::core::{Dataset, Signal};
+use gtfdi::ident::{ArxModel, Missing, unbroken};
 
 use crate::cli::{DataArgs, DecimalSign, MissingSamples, ResampleBy, TableLayout};
 use crate::failure::Failure;
@@ -163,6 +163,22 @@ pub fn read_for(
     }
     let imported = imported.filled(path).map_err(Failure::input)?;
     Ok(passed_on(path, imported, warnings))
+}
+
+/// The parts of a record between missing samples, where those break it; else the record as it is.
+///
+/// # Errors
+/// An infinite sample, or no sample of all channels.
+pub fn parts(path: &Path, data: Dataset, missing: Missing) -> Result<Vec<Dataset>, Failure> {
+    if missing == Missing::Refuse {
+        return Ok(vec![data]);
+    }
+    let parts = unbroken(&data).map_err(|error| Failure::in_file(path, error))?;
+    if parts.is_empty() {
+        let found = "expected samples of all channels, found none";
+        return Err(Failure::in_file(path, found));
+    }
+    Ok(parts)
 }
 
 fn passed_on(path: &Path, imported: Imported, mut warnings: Vec<String>) -> Read {

@@ -109,7 +109,7 @@ pub fn write_diagnoses(
     let start_ns = sample_time_ns(1, data.start_time_s()) - EPOCH_NS;
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
     let repeat = ((THRESHOLD_PERIOD_S / period_s) as usize).max(1);
-    let mut quality = QualityLog::new(&mut log, data, name)?;
+    let mut quality = QualityLog::new(&mut log, data, name, &metadata.qualities)?;
     let first_ns = sample_time_ns(0, period_s).saturating_add(start_ns);
     let remarks = metadata.warnings.iter().map(String::as_str);
     write_remarks(&mut log, remarks, first_ns, name)?;

@@ -55,7 +55,8 @@ mod writer;
 pub use atomic::write_atomically;
 pub use build_info::{BuildInfo, build_info};
 pub use check::{
-    Damage, DamageKind, DataCheck, Gap, Outlier, Run, TagCheck, TagKind, TimeCheck, check,
+    Comparison, Confidence, Damage, DamageKind, DataCheck, Gap, NotCompared, Outlier, Reason, Run,
+    Suggestion, TagCheck, TagKind, TimeCheck, check,
 };
 pub use detector_file::DetectorFile;
 pub use diagnosis_log::write_diagnoses;

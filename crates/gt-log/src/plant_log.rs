@@ -55,7 +55,7 @@ pub fn write_run(path: &Path, run: &Run, metadata: &RunMetadata) -> Result<(), L
     let all = [signals.clone(), run.hidden_signals.clone()].concat();
     let truth = log.add_topic("/plant/truth", "Truth", &all, period_s, ASSET)?;
     let measured = log.add_topic("/plant/measured", "Measured", &signals, period_s, ASSET)?;
-    let mut quality = QualityLog::new(&mut log, &run.measured, ASSET)?;
+    let mut quality = QualityLog::new(&mut log, &run.measured, ASSET, &metadata.qualities)?;
     let faults = if run.fault_signals.is_empty() {
         None
     } else {

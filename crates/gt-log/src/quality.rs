@@ -69,15 +69,22 @@ impl Quality {
 }
 
 /// Writes the qualities of a record's samples where they change, and once a minute.
-pub(crate) struct QualityLog {
+pub(crate) struct QualityLog<'a> {
+    /// What is known of the samples of each channel beside their values.
+    known: &'a [Vec<Quality>],
     topic: QualityTopicId,
     last: Vec<Quality>,
     repeat: usize,
 }
 
-impl QualityLog {
+impl<'a> QualityLog<'a> {
     /// Adds the topic `/plant/quality` with a field for every input and output of `data`.
-    pub(crate) fn new(log: &mut LogWriter, data: &Dataset, asset: &str) -> Result<Self, LogError> {
+    pub(crate) fn new(
+        log: &mut LogWriter,
+        data: &Dataset,
+        asset: &str,
+        known: &'a [Vec<Quality>],
+    ) -> Result<Self, LogError> {
         let signals = data.inputs().iter().chain(data.outputs());
         let signals: Vec<Signal> = signals
             .map(|own| Signal::new(own.name.as_str(), ""))
@@ -85,6 +92,7 @@ impl QualityLog {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // saturates
         let repeat = ((PERIOD_S / data.sample_time_s()) as usize).max(1);
         Ok(Self {
+            known,
             topic: log.add_quality_topic(TOPIC, &signals, data.sample_time_s(), asset)?,
             last: Vec::new(),
             repeat,
@@ -101,7 +109,13 @@ impl QualityLog {
     ) -> Result<(), LogError> {
         let (inputs, outputs) = (data.u().column(k), data.y().column(k));
         let values = inputs.iter().chain(outputs.iter());
-        let own: Vec<Quality> = values.map(|value| Quality::of(*value)).collect();
+        let known = |channel: usize| self.known.get(channel).and_then(|own| own.get(k)).copied();
+        let own = values.enumerate().map(|(channel, value)| {
+            let of_value = Quality::of(*value);
+            let known = known(channel).filter(|_| of_value == Quality::Good);
+            known.unwrap_or(of_value)
+        });
+        let own: Vec<Quality> = own.collect();
         if own == self.last && !k.is_multiple_of(self.repeat) {
             return Ok(());
         }

@@ -159,28 +159,43 @@ pub(crate) fn message_time_ns(header: &MessageHeader) -> u64 {
 }
 
 /// What is wrong with a message, to be told only if it is selected.
-enum Fault {
-    Missing(usize),
+pub(crate) enum Fault {
+    /// The selected fields that it leaves out, one at least.
+    Missing(Vec<usize>),
+    /// It cannot be read.
     Malformed(String),
 }
 
 /// The messages of a topic, in the order of the file.
-struct Messages {
-    times_ns: Vec<u64>,
+pub(crate) struct Messages {
+    pub(crate) times_ns: Vec<u64>,
     /// The selected columns, message by message; NaN where there is a fault.
-    values: Vec<f64>,
-    faults: HashMap<usize, Fault>,
+    pub(crate) values: Vec<f64>,
+    pub(crate) faults: HashMap<usize, Fault>,
 }
 
 impl Messages {
+    /// The messages in the order of time. That of a file is the order of writing, which several
+    /// threads may have shared.
+    pub(crate) fn order(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.times_ns.len()).collect();
+        order.sort_by_key(|&index| self.times_ns[index]);
+        order
+    }
+
     fn push(&mut self, header: &MessageHeader, decoder: &Decoder, width: usize, data: &[u8]) {
         let time_ns = message_time_ns(header);
         let index = self.times_ns.len();
         self.times_ns.push(time_ns);
         match decoder.decode(data) {
             Ok(sample) => {
-                if let Some(slot) = sample.iter().position(Option::is_none) {
-                    self.faults.insert(index, Fault::Missing(slot));
+                let slots = sample.iter().enumerate();
+                let absent: Vec<usize> = slots
+                    .filter(|(_, value)| value.is_none())
+                    .map(|(slot, _)| slot)
+                    .collect();
+                if !absent.is_empty() {
+                    self.faults.insert(index, Fault::Missing(absent));
                 }
                 self.values
                     .extend(sample.into_iter().map(|value| value.unwrap_or(f64::NAN)));
@@ -193,8 +208,28 @@ impl Messages {
     }
 }
 
+/// The selected fields of a topic's messages.
+pub(crate) struct TopicRead {
+    pub(crate) table: Table,
+    pub(crate) messages: Messages,
+    pub(crate) sha256: String,
+}
+
 /// Reads the selected fields of a topic.
 pub(crate) fn read_dataset(path: &Path, selection: &Selection) -> Result<Imported, LogError> {
+    let topic = selection.topic.as_deref().unwrap_or(DEFAULT_TOPIC);
+    let read = read_messages(path, selection, |signals| {
+        Columns::resolve(path, signals, None, selection)
+    })?;
+    assemble(path, topic, selection, read)
+}
+
+/// Reads the messages of a topic, as to the fields that `choose` takes.
+pub(crate) fn read_messages(
+    path: &Path,
+    selection: &Selection,
+    choose: impl FnOnce(&[Signal]) -> Result<Columns, LogError>,
+) -> Result<TopicRead, LogError> {
     if let Some(column) = &selection.time {
         let (path, column) = (path.to_owned(), column.clone());
         return Err(LogError::TimeColumnOfLog { path, column });
@@ -204,7 +239,7 @@ pub(crate) fn read_dataset(path: &Path, selection: &Selection) -> Result<Importe
     let Some((_, fields)) = channels.iter().find(|(_, own)| !own.signals.is_empty()) else {
         return Err(no_number(path, topic));
     };
-    let columns = Columns::resolve(path, &fields.signals, None, selection)?;
+    let columns = choose(&fields.signals)?;
     let table = Table::new(&columns, &fields.signals);
     let mut decoders: HashMap<u16, Decoder> = HashMap::new();
     for (id, fields) in &channels {
@@ -241,7 +276,15 @@ pub(crate) fn read_dataset(path: &Path, selection: &Selection) -> Result<Importe
     let sha256 = source
         .finish()
         .map_err(|cause| LogError::io(path, "read", cause))?;
-    assemble(path, topic, selection, table, &messages, sha256)
+    if messages.times_ns.is_empty() {
+        let (path, topic) = (path.to_owned(), topic.to_owned());
+        return Err(LogError::NoMessages { path, topic });
+    }
+    Ok(TopicRead {
+        table,
+        messages,
+        sha256,
+    })
 }
 
 /// The places among the fields of another channel of the signals that are wanted.
@@ -266,21 +309,16 @@ fn assemble(
     path: &Path,
     topic: &str,
     selection: &Selection,
-    mut table: Table,
-    messages: &Messages,
-    sha256: String,
+    read: TopicRead,
 ) -> Result<Imported, LogError> {
+    let TopicRead {
+        mut table,
+        messages,
+        sha256,
+    } = read;
     let total_rows = messages.times_ns.len();
-    if total_rows == 0 {
-        return Err(LogError::NoMessages {
-            path: path.to_owned(),
-            topic: topic.to_owned(),
-        });
-    }
     let rows = selection.rows_of(path, total_rows)?;
-    // The order in a file is that of writing, which several threads may have shared.
-    let mut order: Vec<usize> = (0..total_rows).collect();
-    order.sort_by_key(|&index| messages.times_ns[index]);
+    let order = messages.order();
     let first_ns = messages.times_ns[order[0]];
     let time_s = |index: usize| (messages.times_ns[index] - first_ns) as f64 / 1e9;
 
@@ -288,8 +326,8 @@ fn assemble(
     for &index in &order[rows.clone()] {
         let (path, topic, time_s) = (path.to_owned(), topic.to_owned(), time_s(index));
         match messages.faults.get(&index) {
-            Some(&Fault::Missing(slot)) if selection.missing == Missing::Refuse => {
-                let column = table.signals[slot].name.clone();
+            Some(Fault::Missing(slots)) if selection.missing == Missing::Refuse => {
+                let column = table.signals[slots[0]].name.clone();
                 return Err(LogError::MissingField {
                     path,
                     topic,
@@ -337,6 +375,7 @@ fn assemble(
         total_rows,
         start_unix_ns,
         gaps: uniform.gaps,
+        qualities: Vec::new(),
         resampled: None,
     })
 }

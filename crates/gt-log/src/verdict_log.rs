@@ -102,7 +102,7 @@ pub fn write_verdicts(
             events.push((end_s, alarm, "inactive"));
         }
     }
-    let mut quality = QualityLog::new(&mut log, data, name)?;
+    let mut quality = QualityLog::new(&mut log, data, name, &metadata.qualities)?;
     events.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut events = events.into_iter().peekable();
     let start_ns = sample_time_ns(1, data.start_time_s()) - EPOCH_NS;

@@ -41,6 +41,9 @@ pub struct RunMetadata {
     pub warnings: Vec<String>,
     /// The models behind what is in the log, for `/ident/model`; each is attached.
     pub models: Vec<LoggedModel>,
+    /// How good the samples of each channel are, inputs first, for `/plant/quality`; where nothing is
+    /// said of a sample, it is good if it is finite. A value that is not is bad in any case.
+    pub qualities: Vec<Vec<Quality>>,
 }
 
 impl RunMetadata {

@@ -5,7 +5,11 @@
 use std::fmt::Write as _;
 use std::fs;
 
-use gt_log::{DamageKind, DataCheck, Reading, Selection, TagKind, check, read_dataset};
+use gt_log::{
+    DamageKind, DataCheck, Reading, Resample, ResampleMethod, Selection, TagKind, check,
+    read_dataset,
+};
+use gtfdi::ident::Missing;
 use proptest::prelude::*;
 use tempfile::tempdir;
 
@@ -356,12 +360,12 @@ fn tags_are_named_and_columns_of_texts_are_damages_where_they_are_selected() {
 #[test]
 fn what_is_no_table_is_refused() {
     let folder = tempdir().unwrap();
-    let path = folder.path().join("a.mcap");
+    let path = folder.path().join("a.xlsx");
     let text = |selection: &Selection| check(&path, selection).unwrap_err().to_string();
     assert_eq!(
         text(&Selection::default()),
         format!(
-            "{}: expected a file that ends in .csv or .parquet, found `.mcap`",
+            "{}: expected a file that ends in .csv, .parquet or .mcap, found `.xlsx`",
             path.display()
         )
     );
@@ -397,4 +401,142 @@ proptest! {
             prop_assert!(damage.kind == DamageKind::File || damage.line.is_some());
         }
     }
+}
+
+/// A log of a stranger: JSON, a message that leaves a field out, one whose number is null, one that
+/// is no JSON, and a second without a message.
+#[test]
+fn messages_of_strangers_are_examined() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("a.mcap");
+    let mut log = mcap::Writer::new(fs::File::create(&path).unwrap()).unwrap();
+    let channel = log
+        .add_channel(0, "/sensors", "json", &std::collections::BTreeMap::new())
+        .unwrap();
+    for k in 0..40_u64 {
+        let data = match k {
+            5 => r#"{"flow": 1.5}"#.to_owned(),
+            7 => r#"{"flow": 1.5, "level": "#.to_owned(),
+            _ => format!(
+                r#"{{"flow": {}, "level": {}, "mode": "auto"}}"#,
+                k % 3,
+                k * k % 7
+            ),
+        };
+        if k == 20 {
+            continue;
+        }
+        let header = mcap::records::MessageHeader {
+            channel_id: channel,
+            sequence: 0,
+            log_time: 1_000_000_000 * k,
+            publish_time: 1_000_000_000 * k,
+        };
+        log.write_to_known_channel(&header, data.as_bytes())
+            .unwrap();
+    }
+    log.finish().unwrap();
+    drop(log);
+    let topic = |topic: &str| Selection {
+        topic: Some(topic.to_owned()),
+        ..Selection::default()
+    };
+    let found = check(&path, &topic("/sensors")).unwrap();
+    assert_eq!(found.layout, Some("log"));
+    assert_eq!(found.rows, 39);
+    let time = found.time.as_ref().unwrap();
+    assert_eq!((time.count, time.gaps, time.period_s), (39, 1, Some(1.0)));
+    let tags: Vec<(&str, usize, usize)> = found
+        .tags
+        .iter()
+        .map(|tag| (tag.name.as_str(), tag.values, tag.missing))
+        .collect();
+    assert_eq!(tags, [("flow", 38, 0), ("level", 37, 1)]);
+    let places: Vec<(DamageKind, Option<usize>, Option<&str>)> = found
+        .damages
+        .iter()
+        .map(|damage| (damage.kind, damage.row, damage.mended_by))
+        .collect();
+    assert_eq!(
+        places,
+        [
+            (DamageKind::Missing, Some(5), Some("--missing")),
+            (DamageKind::Row, Some(7), None),
+            (DamageKind::Gap, Some(20), Some("--missing")),
+        ]
+    );
+    assert!(
+        found.damages[0]
+            .text
+            .ends_with("topic `/sensors`, 5 s: expected a value of `level`, found none"),
+        "{}",
+        found.damages[0].text
+    );
+    let found = check(&path, &Selection::default()).unwrap();
+    assert_eq!(found.damages[0].mended_by, Some("--topic"));
+    let resampled = Selection {
+        reading: Reading {
+            resample: Some(mean(2.0)),
+            ..Reading::default()
+        },
+        ..topic("/sensors")
+    };
+    let refused = check(&path, &resampled).unwrap_err().to_string();
+    assert!(
+        refused.ends_with("--resample: expected with .csv or .parquet, found an MCAP log"),
+        "{refused}"
+    );
+}
+
+fn mean(step_s: f64) -> Resample {
+    Resample {
+        step_s,
+        method: ResampleMethod::Mean,
+        hold_at_most_s: None,
+    }
+}
+
+/// Two tags at times of their own become samples: what resampling mends is no damage any more, what
+/// it leaves missing is, and words are where they are not passed over.
+#[test]
+fn a_table_is_examined_as_it_is_resampled() {
+    let mut text = "tag,time,value\n".to_owned();
+    for k in 0..40 {
+        writeln!(text, "u,{k},{}", k * k % 7).unwrap();
+        if !(12..16).contains(&k) {
+            writeln!(text, "y,{k}.25,{}", k * k % 5).unwrap();
+        }
+    }
+    text.push_str("y,39.5,Bad\n");
+    let selection = |missing: Missing| Selection {
+        missing,
+        reading: Reading {
+            resample: Some(mean(2.0)),
+            ..Reading::default()
+        },
+        ..Selection::default()
+    };
+    let found = check_bytes(text.as_bytes(), &selection(Missing::Break));
+    let resampled = found.resampled.as_ref().unwrap();
+    assert_eq!((resampled.samples, resampled.resample.step_s), (20, 2.0));
+    let time = found.time.as_ref().unwrap();
+    assert_eq!((time.count, time.period_s, time.gaps), (20, Some(2.0), 0));
+    let values: Vec<usize> = found.tags.iter().map(|tag| tag.values).collect();
+    assert_eq!(values, [20, 18]);
+    assert_eq!(
+        found.not_compared.map(|cause| cause.to_string()).as_deref(),
+        Some("expected 38 samples at which all tags have values, found 14")
+    );
+    assert_eq!(found.damages.len(), 1, "{:#?}", found.damages);
+    assert!(
+        found.damages[0].text.ends_with(
+            "`y`: expected a reading for each of 20 samples, found none for 2, the first at sample 6"
+        ),
+        "{}",
+        found.damages[0].text
+    );
+    // Without a break the word is refused, before anything is resampled.
+    let found = check_bytes(text.as_bytes(), &selection(Missing::Refuse));
+    let kinds: Vec<DamageKind> = found.damages.iter().map(|damage| damage.kind).collect();
+    assert_eq!(kinds, [DamageKind::Missing, DamageKind::Missing]);
 }

@@ -1,9 +1,7 @@
-//! `Dataset` and `read`: records of inputs and outputs.
+//! `Dataset`: records of inputs and outputs.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
-use gt_log::{Selection, read_dataset};
 use gtfdi::core::{Dataset, DimensionError, Signal};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -12,7 +10,6 @@ use pyo3::types::{PySlice, PyTuple, PyType};
 use crate::array::{samples, samples_out};
 use crate::error::Failure;
 use crate::trend::PyTrend;
-use crate::warning::warn;
 
 /// A name, or a list of names.
 #[derive(FromPyObject, Clone)]
@@ -239,69 +236,6 @@ impl PyDataset {
         );
         Ok((slf.get_type(), arguments.into_pyobject(py)?))
     }
-}
-
-/// Reads a ``.csv`` or ``.mcap`` file.
-///
-/// What a reader should know, such as samples that are not valid, is issued as a ``UserWarning``.
-///
-/// Parameters
-/// ----------
-/// path : path_like
-///     The file.
-/// inputs, outputs : list of str
-///     Tags, or patterns such as ``xmv*``.
-/// time : str, optional
-///     The time column of a CSV file; a column named ``time``, ``timestamp`` or ``t`` is one.
-/// sample_time_s : float, optional
-///     Sample time in seconds, in place of the times in the file.
-/// topic : str, optional
-///     The topic of an MCAP log, ``/plant/measured`` where left out.
-/// rows : tuple of int, optional
-///     First row and one past the last, 0-based.
-///
-/// Returns
-/// -------
-/// Dataset
-///
-/// Raises
-/// ------
-/// LogError
-///     Names the file, the line or time, the column, what was expected and what was found.
-///
-/// Examples
-/// --------
-/// >>> gtfdi.simulate(60.0, seed=3).write("run.mcap")
-/// >>> gtfdi.read("run.mcap", inputs=["a_v", "M_f"], outputs="q_c", rows=(0, 500))
-/// Dataset(500 samples of 0.08 s, inputs: a_v, M_f, outputs: q_c)
-#[pyfunction]
-#[pyo3(signature = (path, *, inputs, outputs, time=None, sample_time_s=None, topic=None,
-    rows=None))]
-#[allow(clippy::too_many_arguments)] // Python names them
-pub fn read(
-    py: Python<'_>,
-    path: PathBuf,
-    inputs: Names,
-    outputs: Names,
-    time: Option<String>,
-    sample_time_s: Option<f64>,
-    topic: Option<String>,
-    rows: Option<(usize, usize)>,
-) -> Result<PyDataset, Failure> {
-    let selection = Selection {
-        inputs: inputs.into(),
-        outputs: outputs.into(),
-        time,
-        sample_time_s,
-        topic,
-        rows: rows.map(|(start, end)| start..end),
-        ..Selection::default()
-    };
-    let imported = py.detach(|| read_dataset(&path, &selection))?;
-    for warning in &imported.warnings {
-        warn(py, &format!("{}: {warning}", path.display()))?;
-    }
-    Ok(PyDataset::new(Arc::new(imported.dataset)))
 }
 
 /// Names and units of `count` channels.

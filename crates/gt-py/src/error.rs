@@ -45,6 +45,12 @@ pub enum Failure {
     /// A file cannot be read or written.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// A file cannot be read as it was asked to be; Python's keywords are named.
+    #[error("{text}")]
+    Reading {
+        /// Which file, what was expected and what was found.
+        text: String,
+    },
     /// A fault of a scenario has other keys or values than its case.
     #[error("faults, entry {index}: {cause}")]
     Fault {
@@ -183,9 +189,11 @@ impl Failure {
             | Self::Scenario { .. }
             | Self::ScenarioFile { .. }
             | Self::NotToml { .. } => ("PlantError", None),
-            Self::Log(_) | Self::Json { .. } | Self::Unreadable { .. } | Self::NoNoise { .. } => {
-                ("LogError", None)
-            }
+            Self::Log(_)
+            | Self::Reading { .. }
+            | Self::Json { .. }
+            | Self::Unreadable { .. }
+            | Self::NoNoise { .. } => ("LogError", None),
             Self::NotNumbers { .. } => ("ArrayTypeError", None),
             Self::Option { .. } | Self::Refusal { .. } | Self::Description { .. } => {
                 ("OptionError", None)

@@ -46,6 +46,7 @@ mod output_model;
 mod plant;
 mod pole_zero;
 mod poles;
+mod reading;
 mod record;
 mod residual_report;
 mod sample_clock;
@@ -73,7 +74,7 @@ mod _gtfdi {
     #[pymodule_export]
     use crate::constrained_arx::{PyConstrainedArx, PyConstrainedFit};
     #[pymodule_export]
-    use crate::dataset::{PyDataset, read};
+    use crate::dataset::PyDataset;
     #[pymodule_export]
     use crate::detector::{PyDetector, PyVerdict, PyVerdictSeries};
     #[pymodule_export]
@@ -108,6 +109,8 @@ mod _gtfdi {
     use crate::output_model::PyOutputModel;
     #[pymodule_export]
     use crate::plant::{PyRun, simulate, steady_state, units};
+    #[pymodule_export]
+    use crate::reading::read;
     #[pymodule_export]
     use crate::residual_report::PyResidualReport;
     #[pymodule_export]

@@ -128,7 +128,7 @@ pub enum ResampleBy {
 /// Verbs on tables of data.
 #[derive(Debug, Subcommand)]
 pub enum DataCommand {
-    /// Say what is in a table of data and all that is wrong with it
+    /// Say what is in a table or log, all that is wrong with it, and what roles its tags look like
     Check(DataCheckArgs),
 }
 
@@ -137,10 +137,12 @@ pub enum DataCommand {
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 #[command(after_help = "\
 Example: gtfdi data check export.csv --inputs valve --outputs flow,level
+         gtfdi data check log.mcap --topic /sensors
+         gtfdi data check export.csv --resample 10
 
-Exit codes: 0 done, whatever was found; 2 a file that is no table.")]
+Exit codes: 0 done, whatever was found; 2 a file that is neither a table nor a log.")]
 pub struct DataCheckArgs {
-    /// The table, .csv or .parquet
+    /// The table, .csv or .parquet, or log, .mcap
     #[arg(value_name = "DATA")]
     pub data: Option<PathBuf>,
     /// Tags to look at as inputs, comma separated; globs allowed [default: all, as both]

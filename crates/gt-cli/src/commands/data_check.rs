@@ -1,9 +1,9 @@
-//! `gtfdi data check`: what is in a table, and all that is wrong with it.
+//! `gtfdi data check`: what is in a table or a log, and all that is wrong with it.
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use gt_log::{DataCheck, TagCheck, TagKind, check};
+use gt_log::{DataCheck, Suggestion, TagCheck, TagKind, check};
 use serde::Serialize;
 
 use super::SCHEMA_VERSION;
@@ -53,8 +53,11 @@ pub fn run(args: &DataCheckArgs, global: &GlobalArgs) -> Result<Outcome, Failure
 /// The report as text. Writing to a string cannot fail.
 fn text(path: &Path, check: &DataCheck) -> String {
     let mut text = format!("{}: {} rows", path.display(), check.rows);
-    if let Some(layout) = check.layout {
+    if let Some(layout) = check.layout.filter(|_| check.topic.is_none()) {
         let _ = write!(text, ", {layout}");
+    }
+    if let Some(topic) = &check.topic {
+        let _ = write!(text, " of topic {topic}");
     }
     if let Some(encoding) = check.encoding {
         let _ = write!(text, ", {encoding}");
@@ -66,6 +69,14 @@ fn text(path: &Path, check: &DataCheck) -> String {
         let _ = write!(text, ", decimal {decimal}");
     }
     text.push('\n');
+    if let Some(done) = &check.resampled {
+        let step_s = number(Some(done.resample.step_s));
+        let _ = writeln!(
+            text,
+            "resampled to {} samples of {step_s} s: times, tags and roles are theirs",
+            done.samples
+        );
+    }
     match &check.time {
         Some(time) => {
             let _ = writeln!(
@@ -107,7 +118,56 @@ fn text(path: &Path, check: &DataCheck) -> String {
     {
         let _ = writeln!(text, "and {more} more; --json names them all");
     }
+    text + &roles(check)
+}
+
+/// The suggested roles, and that they are no more than that.
+fn roles(check: &DataCheck) -> String {
+    let mut text = String::new();
+    let inputs = check.suggested_inputs.iter().map(|own| (own, "input"));
+    let outputs = check.suggested_outputs.iter().map(|own| (own, "output"));
+    let rows: Vec<Vec<String>> = inputs.chain(outputs).map(role).collect();
+    if rows.is_empty() {
+        text.push_str("no tag looks like an input or an output\n");
+    } else {
+        text.push_str(
+            "roles that tags look like: a suggestion; in a closed loop names tell more than the \
+             record, and the plant's drawings more than both\n",
+        );
+        text += &table(&["tag", "looks like", "how sure", "why"], &rows);
+        let names = |side: &[Suggestion]| {
+            let names: Vec<&str> = side.iter().map(|own| own.tag.as_str()).collect();
+            names.join(",")
+        };
+        if !check.suggested_inputs.is_empty() && !check.suggested_outputs.is_empty() {
+            let (inputs, outputs) = (
+                names(&check.suggested_inputs),
+                names(&check.suggested_outputs),
+            );
+            let _ = writeln!(text, "--inputs '{inputs}' --outputs '{outputs}'");
+        }
+    }
+    if let Some(done) = check.comparison {
+        let (samples, tags, lags) = (done.samples, done.tags, done.lags);
+        let _ = writeln!(
+            text,
+            "which tags lead: {tags} tags on {samples} samples with {lags} lags"
+        );
+    }
+    if let Some(cause) = check.not_compared {
+        let _ = writeln!(text, "which tags lead: {cause}");
+    }
     text
+}
+
+fn role((own, role): (&Suggestion, &str)) -> Vec<String> {
+    let reasons: Vec<String> = own.reasons.iter().map(ToString::to_string).collect();
+    vec![
+        own.tag.clone(),
+        role.to_owned(),
+        own.confidence.to_string(),
+        reasons.join("; "),
+    ]
 }
 
 fn row(tag: &TagCheck) -> Vec<String> {

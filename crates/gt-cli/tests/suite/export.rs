@@ -224,13 +224,86 @@ fn data_check_names_what_is_there_and_what_is_wrong() {
         text.contains("nothing that identify would refuse"),
         "{text}"
     );
-    place.write("none.mcap", "x");
+    place.write("none.xlsx", "x");
     place.refused(
-        &["data", "check", "none.mcap"],
-        &["none.mcap: expected a file that ends in .csv or .parquet, found `.mcap`"],
+        &["data", "check", "none.xlsx"],
+        &["none.xlsx: expected a file that ends in .csv, .parquet or .mcap, found `.xlsx`"],
     );
     place.refused(
         &["data", "check"],
         &["DATA: required, for example gtfdi data check export.csv"],
     );
+}
+
+/// What a record's tags look like is printed with how sure that is and as options, and no more than
+/// that; the same in a simulated log, whose governor moves the fuel.
+#[test]
+fn roles_are_suggested_with_how_sure_they_are() {
+    let place = Place::new();
+    let record = second_order_csv(400, 1).replacen("u,y", "a,b", 1);
+    place.write("a.csv", record);
+    let found = place.json(&["data", "check", "a.csv"]);
+    let input = &found["suggested_inputs"][0];
+    assert_eq!(input["tag"], "a");
+    assert_eq!(input["reasons"][0]["kind"], "leads");
+    assert_eq!(found["suggested_outputs"][0]["tag"], "b");
+    assert_eq!(found["suggested_outputs"][0]["confidence"], "possible");
+    let text = place.done(&["data", "check", "a.csv"]);
+    for part in [
+        "roles that tags look like: a suggestion;",
+        "--inputs 'a' --outputs 'b'",
+        "which tags lead: 2 tags on 398 samples with 2 lags",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    place.done(&["simulate", "--seconds", "60", "--out", "run.mcap"]);
+    let text = place.done(&["data", "check", "run.mcap"]);
+    assert!(
+        text.starts_with("run.mcap: 750 rows of topic /plant/measured\n"),
+        "{text}"
+    );
+    assert!(text.contains("named `ref`; leads"), "{text}");
+}
+
+/// Samples on a line between readings are interpolated, held ones stale: the log of verdicts says so.
+#[test]
+fn a_log_says_which_samples_resampling_made() {
+    let place = Place::new();
+    place.write("plain.csv", second_order_csv(400, 1));
+    let head = ["identify", "plain.csv", "--inputs", "u", "--outputs", "y"];
+    let model = ["--sample-time", "1", "--out", "model.json"];
+    place.done(&[&head[..], &LAGS, &model].concat());
+    let design = ["design", "--model", "model.json", "--healthy", "plain.csv"];
+    let bank = ["--margin", "1.5", "--out", "bank.json"];
+    place.done(&[&design[..], &bank].concat());
+    let mut slow = "time,u,y\n".to_owned();
+    for (k, row) in second_order_csv(20, 2).lines().skip(1).enumerate() {
+        writeln!(slow, "{},{row}", 2 * k).expect("text");
+    }
+    place.write("slow.csv", slow);
+    for (method, quality) in [("linear", 4.0), ("hold", 3.0)] {
+        let detect = [
+            "detect",
+            "slow.csv",
+            "--bank",
+            "bank.json",
+            "--out",
+            "v.mcap",
+        ];
+        let resample = ["--resample", "1", "--resample-method", method];
+        let limit = ["--hold-at-most", "2"];
+        place.done(&[&detect[..], &resample, &limit].concat());
+        let selection = gt_log::Selection {
+            outputs: vec!["*".to_owned()],
+            topic: Some("/plant/quality".to_owned()),
+            ..gt_log::Selection::default()
+        };
+        let read = gt_log::read_dataset(&place.path("v.mcap"), &selection).expect("a log");
+        let found: Vec<f64> = read.dataset.y().row(0).iter().copied().collect();
+        // Readings at even seconds from 0 to 38, and what was made between them.
+        let expected: Vec<f64> = (0..39)
+            .map(|k| if k % 2 == 0 { 0.0 } else { quality })
+            .collect();
+        assert_eq!(found, expected, "{method}");
+    }
 }

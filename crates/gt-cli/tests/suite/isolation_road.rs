@@ -255,3 +255,30 @@ fn what_is_wrong_with_faults_is_named() {
         &["--confidence: expected with --faults"],
     );
 }
+
+/// A pair with samples that one of its records misses is several pairs: what the leak does is
+/// learned all the same. Healthy records are split too.
+#[test]
+fn pairs_that_miss_samples_are_learned_from() {
+    let place = furnished(6);
+    let without = |text: String, rows: [usize; 3]| {
+        let lines = text.lines().enumerate();
+        let mended = lines.map(|(line, text)| match rows.contains(&line) {
+            true => "Bad,Bad,Bad,Bad\n".to_owned(),
+            false => format!("{text}\n"),
+        });
+        mended.collect::<String>()
+    };
+    let leaking = record(2, 4000, 0.0, 2.0, 0.0);
+    place.write("leaking.csv", without(leaking, [901, 2300, 2301]));
+    let healthy = record(10, 36_000, 0.0, 0.0, 0.0);
+    place.write("healthy0.csv", without(healthy, [500, 7000, 20_000]));
+    let args = design("faults.toml", HEALTHY, "isolator.json", &["--arl0", "2h"]);
+    place.refused(&args, &["healthy0.csv: line 501", "--missing break"]);
+    let report = place.json_of_missing(&[&args[..], &["--missing", "break"]].concat());
+    assert_eq!(report["healthy_records"], 6 + 3);
+    for (tag, expected) in [("a", 0.0), ("b", 1.0), ("c", 0.7)] {
+        let found = number(&report, &format!("/faults/1/effect/changes/{tag}"));
+        assert!((found - expected).abs() < 0.05, "{tag}: {found}");
+    }
+}

@@ -292,3 +292,47 @@ fn options_and_records_that_make_no_sense_are_refused() {
         place.refused(&[&check[..], tail, &["--json"]].concat(), &[text]);
     }
 }
+
+/// A record that misses samples is checked in its parts where those break it.
+#[test]
+fn missing_samples_break_a_record_that_is_checked() {
+    let place = place(&["--order", "2"]);
+    let record = second_order_csv(600, 2);
+    let lines = record.lines().enumerate();
+    let cut = lines.map(|(line, text)| match line {
+        401 => "Bad,\n".to_owned(),
+        _ => format!("{text}\n"),
+    });
+    place.write("gap.csv", cut.collect::<String>());
+    let args = ["model", "check", "model.json", "gap.csv"];
+    place.refused(&args, &["gap.csv: line 402", "--missing break"]);
+    let args = [&args[..], &["--missing", "break"]].concat();
+    let report = place.json_of_missing(&args);
+    let record = &report["records"][0];
+    assert_eq!(
+        (&record["rows"], &record["parts"]),
+        (&599.into(), &2.into())
+    );
+    assert_eq!(record["origin"], "fresh");
+    // The longest part has 400 samples, two of which are past only.
+    assert_eq!(record["residual_tests"]["rows"], 398);
+    let whole = place.json(&["model", "check", "model.json", "fresh.csv"]);
+    let fit = "/outputs/0/fit_prediction_percent";
+    let (found, expected) = (number(record, fit), number(&whole["records"][0], fit));
+    assert!((found - expected).abs() < 0.2, "{found} {expected}");
+    let text = place.done(&args);
+    assert!(text.contains("gap.csv: 599 rows in 2 parts"), "{text}");
+    place.write("none.csv", "u,y\nBad,1\n1,Bad\n");
+    let args = [
+        "model",
+        "check",
+        "model.json",
+        "none.csv",
+        "--missing",
+        "break",
+    ];
+    place.refused(
+        &args,
+        &["none.csv: expected samples of all channels, found none"],
+    );
+}

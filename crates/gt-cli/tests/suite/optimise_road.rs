@@ -244,3 +244,33 @@ fn the_commands_of_the_readme_on_pairs_run() {
     assert!((27.0..44.0).contains(&delays[0]), "{delays:?}");
     assert!((90.0..100.0).contains(&delays[1]), "{delays:?}");
 }
+
+/// A faulty record that misses samples and its partner are split together.
+#[test]
+fn pairs_are_split_where_samples_are_missing() {
+    let place = place();
+    place.done(&["log", "export", "f1.mcap", "--out", "f1.csv"]);
+    let text = String::from_utf8(place.read("f1.csv")).expect("text");
+    let lines = text.lines().enumerate();
+    let cut = lines.map(|(line, text)| match line {
+        300 => format!(
+            "{},{}\n",
+            &text[..text.find(',').expect("cells")],
+            ",".repeat(33)
+        ),
+        _ => format!("{text}\n"),
+    });
+    place.write("gap.csv", cut.collect::<String>());
+    let args = [&DESIGN[..], &["--out", "gap.json", "--faulty", "gap.csv"]].concat();
+    place.refused(&args, &["gap.csv: line 301", "--missing break"]);
+    let report = place.json_of_missing(&[&args[..], &["--missing", "break"]].concat());
+    assert_eq!(report["healthy_records"], 3);
+    let whole = [&DESIGN[..], &["--out", "whole.json", "--faulty", "f1.mcap"]].concat();
+    let whole = place.json(&whole);
+    // A sample of 750 is no other search.
+    let (found, expected) = (
+        number(optimisation(&report), "/v"),
+        number(optimisation(&whole), "/v"),
+    );
+    assert!((found / expected - 1.0).abs() < 0.2, "{found} {expected}");
+}

@@ -65,6 +65,12 @@ impl Place {
         object(&self.done(&[args, &["--json"]].concat()))
     }
 
+    /// The report of a verb whose warnings speak of samples that are NaN.
+    pub fn json_of_missing(&self, args: &[&str]) -> Value {
+        let text = self.done(&[args, &["--json"]].concat());
+        serde_json::from_str(&text).expect("one JSON object")
+    }
+
     /// Runs what has to be refused: exit code 2, every one of `texts` on standard error, nothing
     /// on standard output, no panic, and no file made, changed or left over.
     pub fn refused(&self, args: &[&str], texts: &[&str]) {

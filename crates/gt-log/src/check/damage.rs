@@ -55,6 +55,7 @@ impl Damage {
     pub(super) fn of_file(error: &LogError) -> Self {
         let mended_by = match error {
             LogError::NotText { .. } => Some("--encoding"),
+            LogError::UnknownTopic { .. } | LogError::NoNumber { .. } => Some("--topic"),
             LogError::Reading { cause, .. } => match &**cause {
                 ReadingError::Undecodable { .. } => Some("--encoding"),
                 ReadingError::Preamble { .. } => Some("--header-line"),

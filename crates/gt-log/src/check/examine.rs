@@ -4,108 +4,14 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use gt_core::Signal;
-use gtfdi::ident::Missing;
 
-use super::{Damage, DamageKind, DataCheck, TagCheck, TagKind, tag, timing};
+use super::reading::Reading;
+use super::{Damage, DamageKind, DataCheck, timing};
+use crate::LogError;
 use crate::import::{
-    Cell, Conversion, Numerals, Quality, Roles, Sample, Selection, Sheet, TimeReader, Tracks,
-    cell_error, check_count, chosen_tags, conversions, time_column, time_reader,
+    Cell, Numerals, Quality, Roles, Selection, Sheet, TimeReader, Tracks, cell_error, check_count,
+    chosen_tags, conversions, time_column, time_reader,
 };
-use crate::time::Clock;
-use crate::{LogError, Place};
-
-/// What is read of a tag.
-struct Reading {
-    check: TagCheck,
-    values: Vec<f64>,
-    places: Vec<Place>,
-    /// The times of a tag that has its own.
-    clock: Option<Clock>,
-    /// Cells that are neither numbers nor words for missing ones.
-    texts: Vec<Damage>,
-}
-
-impl Reading {
-    fn new(signal: &Signal, clock: Option<Clock>) -> Self {
-        Self {
-            check: TagCheck {
-                name: signal.name.clone(),
-                unit: signal.unit.clone(),
-                kind: TagKind::Empty,
-                values: 0,
-                missing: 0,
-                words: BTreeMap::new(),
-                minimum: None,
-                maximum: None,
-                constant: false,
-                longest_run: None,
-                usual_run: None,
-                frozen: false,
-                at_minimum_share: None,
-                at_maximum_share: None,
-                quantisation_step: None,
-                outliers: Vec::new(),
-                excitation_order: None,
-            },
-            values: Vec::new(),
-            places: Vec::new(),
-            clock,
-            texts: Vec::new(),
-        }
-    }
-
-    /// Takes a cell for what it is; a damage is one of the tag.
-    fn take(&mut self, path: &Path, place: Place, cell: Cell<'_>, numerals: &Numerals) -> f64 {
-        let signal = Signal::new(&*self.check.name, "");
-        let problem = |problem| Damage::of_cell(place, &cell_error(path, place, &signal, problem));
-        match numerals.sample(cell) {
-            Ok(Sample::Number(value)) => {
-                self.check.kind = TagKind::Number;
-                value
-            }
-            Ok(sample @ Sample::Missing(word)) => {
-                self.check.missing += 1;
-                *self.check.words.entry(word.to_owned()).or_default() += 1;
-                self.texts
-                    .extend(sample.allowed(Missing::Refuse).err().map(problem));
-                f64::NAN
-            }
-            Err(found) => {
-                self.texts.push(problem(found));
-                f64::NAN
-            }
-        }
-    }
-
-    /// A value in the record's unit; NaN where it is out of range, which counts as missing.
-    fn convert(&mut self, conversion: &Conversion, value: f64) -> f64 {
-        conversion.of(value).unwrap_or_else(|| {
-            self.check.missing += 1;
-            let word = "out of range".to_owned();
-            *self.check.words.entry(word).or_default() += 1;
-            f64::NAN
-        })
-    }
-
-    /// The tag and its damages. Texts where nothing is a number are a column of texts: no damage,
-    /// unless the tag is selected.
-    fn finish(mut self, is_selected: bool) -> (TagCheck, Vec<Damage>) {
-        tag::describe(&mut self.check, &self.values, &self.places);
-        let numbers = self
-            .texts
-            .iter()
-            .filter(|damage| damage.kind == DamageKind::Number);
-        let mut others = numbers.map(|damage| damage.mended_by == Some("--bad-values"));
-        let is_text = others.next() == Some(true) && others.all(|is_other| is_other);
-        if self.check.kind == TagKind::Empty && is_text {
-            self.check.kind = TagKind::Text;
-            if !is_selected {
-                self.texts.clear();
-            }
-        }
-        (self.check, self.texts)
-    }
-}
 
 /// Examines a table.
 pub(super) fn examine(
@@ -183,8 +89,7 @@ fn wide(
         for (reading, &column) in readings.iter_mut().zip(&chosen) {
             let value = reading.take(path, place, sheet.cell(column), numerals);
             let value = reading.convert(&conversions[column], value);
-            reading.values.push(value);
-            reading.places.push(place);
+            reading.push(place, value);
         }
         if let (Some(column), Some(reader), Some(clock)) = (time, &mut reader, &mut clock) {
             match reader.push(sheet.cell(column), clock) {
@@ -201,11 +106,14 @@ fn wide(
         report.time = Some(timing::times(path, name, None, clock, &timed, damages));
     }
     let is_selected = !selection.inputs.is_empty() || !selection.outputs.is_empty();
+    let mut values = Vec::new();
     for reading in readings {
-        let (check, found) = reading.finish(is_selected);
+        let (check, found, own) = reading.finish(is_selected);
         report.tags.push(check);
         damages.extend(found);
+        values.push(own);
     }
+    report.suggest(&values, true);
     Ok(())
 }
 
@@ -268,8 +176,7 @@ fn long(
         };
         match reader.push(sheet.cell(roles.time), clock) {
             Ok(()) => {
-                reading.values.push(value);
-                reading.places.push(place);
+                reading.push(place, value);
             }
             Err(problem) => {
                 let error = cell_error(path, place, &header[roles.time], problem);
@@ -281,7 +188,7 @@ fn long(
             }
         }
     }
-    long_times(
+    let aligned = long_times(
         path,
         &header[roles.time].name,
         &mut readings,
@@ -295,6 +202,7 @@ fn long(
     let conversions = conversions(path, &mut named, &selection.reading)?;
     let chosen = chosen_tags(path, &named, None, selection)?;
     let is_selected = !selection.inputs.is_empty() || !selection.outputs.is_empty();
+    let mut values = Vec::new();
     for (index, mut reading) in readings.into_iter().enumerate() {
         if !chosen.contains(&index) {
             continue;
@@ -305,21 +213,23 @@ fn long(
             let value = reading.values[sample];
             reading.values[sample] = reading.convert(&conversions[index], value);
         }
-        let (check, found) = reading.finish(is_selected);
+        let (check, found, own) = reading.finish(is_selected);
         report.tags.push(check);
         damages.extend(found);
+        values.push(own);
     }
+    report.suggest(&values, aligned);
     Ok(())
 }
 
-/// The times of the tag that has the most of them, and whether all have the same.
+/// Reports the times of the tag that has the most of them; whether all have the same.
 fn long_times(
     path: &Path,
     column: &str,
     readings: &mut [Reading],
     report: &mut DataCheck,
     damages: &mut Vec<Damage>,
-) {
+) -> bool {
     for reading in readings.iter_mut() {
         let Some(clock) = reading.clock.take() else {
             continue;
@@ -328,7 +238,7 @@ fn long_times(
         reading.clock = Some(sorted);
     }
     let Some(first) = readings.first() else {
-        return;
+        return true;
     };
     let odd = readings.iter().find(|reading| reading.clock != first.clock);
     if let Some(odd) = odd {
@@ -360,4 +270,5 @@ fn long_times(
             |damage: &Damage| matches!(damage.kind, DamageKind::Gap | DamageKind::Step) && is_odd;
         damages.extend(found.into_iter().filter(|damage| !is_step(damage)));
     }
+    !is_odd
 }

@@ -1,7 +1,11 @@
-//! What is in a table of data, and all that is wrong with it.
+//! What is in a table of data or a topic of a log, and all that is wrong with it.
 
 mod damage;
 mod examine;
+mod log;
+mod reading;
+mod resampled;
+mod suggest;
 mod tag;
 mod timing;
 
@@ -10,18 +14,22 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::import::{
-    CsvSheet, Numerals, ParquetSheet, Reading, ReadingError, Selection, Sheet as _, decode,
+    CsvSheet, Numerals, ParquetSheet, Reading, ReadingError, Resampled, Selection, Sheet as _,
+    decode,
 };
 use crate::{Decimal, LogError, sha256_hex, source};
 pub use damage::{Damage, DamageKind};
+pub use suggest::{Comparison, Confidence, NotCompared, Reason, Suggestion};
 pub use tag::{Outlier, Run, TagCheck, TagKind};
 pub use timing::{Gap, TimeCheck};
 
-/// What is in a table of data, and all that is wrong with it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// What is in a table of data or a topic of a log, and all that is wrong with it.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct DataCheck {
-    /// `wide` or `long`.
+    /// `wide`, `long`, or `log` for the messages of a topic.
     pub layout: Option<&'static str>,
+    /// The topic of a log.
+    pub topic: Option<String>,
     /// The encoding of a CSV file.
     pub encoding: Option<&'static str>,
     /// The separator of a CSV file.
@@ -32,8 +40,11 @@ pub struct DataCheck {
     pub unit_line: Option<u64>,
     /// The SHA-256 of the file.
     pub sha256: String,
-    /// The data rows.
+    /// The data rows, or the messages of the topic.
     pub rows: usize,
+    /// What resampling makes of the file, where that is asked for and possible: the times, the tags
+    /// and the suggestions are those of the samples then.
+    pub resampled: Option<Resampled>,
     /// The times; none without a time column.
     pub time: Option<TimeCheck>,
     /// The tags, in the order of the file.
@@ -41,40 +52,49 @@ pub struct DataCheck {
     /// All that identification would refuse without `--missing` and `--resample`, those of the whole
     /// file first, then in the order of the file, each with what mends it.
     pub damages: Vec<Damage>,
+    /// Tags that look like inputs. A suggestion, no more: what a loop sets may follow what it holds.
+    pub suggested_inputs: Vec<Suggestion>,
+    /// Tags that look like outputs.
+    pub suggested_outputs: Vec<Suggestion>,
+    /// What was compared to see which tags lead.
+    pub comparison: Option<Comparison>,
+    /// Why nothing was compared.
+    pub not_compared: Option<NotCompared>,
 }
 
-/// Examines a `.csv` or `.parquet` file as `selection` reads it; inputs and outputs are the tags to
+/// Examines a `.csv`, `.parquet` or `.mcap` file as `selection` reads it; inputs and outputs are the tags to
 /// look at, all where there are none. What cannot be read is a damage of the report, and where the
 /// error itself says how to go on (another encoding, another header line, the day first) the rest is
 /// examined so.
+///
+/// With [`Reading::resample`] a table is examined twice: as it stands for what resampling cannot mend,
+/// and as the samples that it becomes for all else.
 ///
 /// # Errors
 /// A file that is not there or is no table, and options that no file could follow.
 pub fn check(path: &Path, selection: &Selection) -> Result<DataCheck, LogError> {
     selection.check()?;
+    let refused = |cause| LogError::reading(path, cause);
     let extension = path
         .extension()
         .map(|text| text.to_string_lossy().to_ascii_lowercase());
+    let mut report = DataCheck::default();
     let bytes = match extension.as_deref() {
+        Some("mcap") => {
+            source::open(path)?;
+            selection.reading.check_log().map_err(refused)?;
+            if let Err(error) = log::examine(path, selection, &mut report) {
+                report.damages.push(Damage::of_file(&error));
+            }
+            return Ok(report);
+        }
         Some("csv" | "parquet") => source::read(path)?,
         found => {
             let found = found.map_or("no extension".to_owned(), |found| format!("`.{found}`"));
-            let cause = ReadingError::NoTable { found };
-            return Err(LogError::reading(path, cause));
+            return Err(refused(ReadingError::NoTable { found }));
         }
     };
-    let mut report = DataCheck {
-        layout: None,
-        encoding: None,
-        separator: None,
-        decimal: None,
-        unit_line: None,
-        sha256: sha256_hex(&bytes),
-        rows: 0,
-        time: None,
-        tags: Vec::new(),
-        damages: Vec::new(),
-    };
+    report.sha256 = sha256_hex(&bytes);
     let mut selection = selection.clone();
     // Each retry takes one of three obstacles away.
     for _ in 0..4 {
@@ -89,7 +109,29 @@ pub fn check(path: &Path, selection: &Selection) -> Result<DataCheck, LogError> 
             break;
         }
     }
+    if selection.reading.resample.is_some() {
+        resampled::examine(path, &selection, &mut report);
+    }
     Ok(report)
+}
+
+impl DataCheck {
+    /// Suggests roles from the values of the tags, which belong together where they are `aligned`.
+    fn suggest(&mut self, values: &[Vec<f64>], aligned: bool) {
+        let is_moving = |tag: &TagCheck| tag.kind == TagKind::Number && !tag.constant;
+        let moving: Vec<(&str, &[f64])> = self
+            .tags
+            .iter()
+            .zip(values)
+            .filter(|(tag, _)| is_moving(tag))
+            .map(|(tag, values)| (tag.name.as_str(), values.as_slice()))
+            .collect();
+        let found = suggest::suggest(&moving, aligned);
+        self.suggested_inputs = found.inputs;
+        self.suggested_outputs = found.outputs;
+        self.comparison = found.comparison;
+        self.not_compared = found.not_compared;
+    }
 }
 
 /// Takes what an error says how to do; false where it says nothing.

@@ -44,6 +44,24 @@ pub struct Gap {
     pub row: Option<usize>,
 }
 
+impl TimeCheck {
+    /// The times of samples of one period.
+    pub(super) fn of_samples(column: String, count: usize, period_s: f64) -> Self {
+        Self {
+            column,
+            count,
+            span_s: count.saturating_sub(1) as f64 * period_s,
+            period_s: Some(period_s),
+            off_period_share: 0.0,
+            gaps: 0,
+            longest_gap: None,
+            duplicates: 0,
+            backwards: 0,
+            suggested_sample_time_s: Some(period_s),
+        }
+    }
+}
+
 /// Examines times; `tag` is the tag whose times they are.
 pub(super) fn times(
     path: &Path,

@@ -135,6 +135,21 @@ pub enum ReadingError {
         /// The most there may be.
         most: f64,
     },
+    /// Samples for which there is no reading that may stand for them.
+    #[error(
+        "`{tag}`: expected a reading for each of {samples} samples, found none for {missing}, the \
+         first at sample {first}"
+    )]
+    NoReading {
+        /// The tag.
+        tag: String,
+        /// The samples without one.
+        missing: usize,
+        /// All samples.
+        samples: usize,
+        /// The first without one, from 0.
+        first: usize,
+    },
     /// Nothing to resample by.
     #[error("--resample: expected a time column, found none; name it (--time)")]
     NoTimes,
@@ -179,8 +194,8 @@ pub enum ReadingError {
         /// The most samples there may be.
         most: f64,
     },
-    /// A file that is no table.
-    #[error("expected a file that ends in .csv or .parquet, found {found}")]
+    /// A file that is neither a table nor a log.
+    #[error("expected a file that ends in .csv, .parquet or .mcap, found {found}")]
     NoTable {
         /// The extension found, in words.
         found: String,
@@ -207,7 +222,7 @@ pub enum ReadingError {
     },
     /// A codec that is not built in.
     #[error(
-        "column `{column}`: expected no compression, Snappy or zstd, found {found}; write the file \
+        "column `{column}`: expected no compression, Snappy, gzip or zstd, found {found}; write the file \
          again, for example with compression=\"zstd\" in pandas, pyarrow or DuckDB"
     )]
     ParquetCodec {

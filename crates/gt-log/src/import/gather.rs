@@ -70,6 +70,7 @@ impl Gathered {
             total_rows,
             start_unix_ns,
             gaps: uniform.gaps,
+            qualities: Vec::new(),
             resampled: None,
         })
     }

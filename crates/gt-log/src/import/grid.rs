@@ -6,6 +6,7 @@ use gt_core::Signal;
 
 use super::{Imported, Resample, Resampled, Selection, Warning};
 use crate::LogError;
+use crate::quality::Quality;
 use crate::table::Table;
 use crate::time::Clock;
 
@@ -48,11 +49,15 @@ impl Grid<'_> {
             self.resample
                 .samples_of(&signal.name, total_rows, times, values)
         });
-        let (columns, reports): (Vec<Vec<f64>>, Vec<_>) = tags.unzip();
+        let (columns, reports): (Vec<Vec<(f64, Quality)>>, Vec<_>) = tags.unzip();
         let mut values = Vec::with_capacity(rows.len() * columns.len());
         for row in rows.clone() {
-            values.extend(columns.iter().map(|column| column[row]));
+            values.extend(columns.iter().map(|column| column[row].0));
         }
+        let own = |column: &Vec<(f64, Quality)>| -> Vec<Quality> {
+            column[rows.clone()].iter().map(|sample| sample.1).collect()
+        };
+        let qualities = columns.iter().map(own).collect();
         let table = Table {
             signals: signals.to_vec(),
             nu,
@@ -76,6 +81,7 @@ impl Grid<'_> {
             total_rows,
             start_unix_ns,
             gaps: Vec::new(),
+            qualities,
             resampled: Some(Resampled {
                 resample: self.resample,
                 samples: total_rows,

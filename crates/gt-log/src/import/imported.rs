@@ -8,6 +8,7 @@ use nalgebra::DMatrix;
 
 use super::{ReadingError, Resampled, Warning};
 use crate::LogError;
+use crate::quality::Quality;
 
 /// A record from a file.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +26,9 @@ pub struct Imported {
     pub start_unix_ns: Option<i128>,
     /// The samples before which time jumps; none unless breaks are allowed.
     pub gaps: Vec<TimeGap>,
+    /// How good each sample of each channel is, inputs first, where resampling made the samples: held
+    /// ones are stale, those on a line between readings interpolated. Empty where it did not.
+    pub qualities: Vec<Vec<Quality>>,
     /// What resampling made of the file, where it was asked for.
     pub resampled: Option<Resampled>,
 }

@@ -1,6 +1,5 @@
 //! Parquet files: the only file of this crate that names `parquet`.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use bytes::Bytes;
@@ -13,6 +12,7 @@ use parquet::schema::types::{SchemaDescriptor, Type};
 
 use super::ReadingError;
 use super::parquet_column::{Content, Kind};
+use super::quiet::quietly;
 use super::sheet::{Cell, Sheet};
 use crate::{LogError, Place};
 
@@ -175,7 +175,10 @@ fn columns(schema: &SchemaDescriptor) -> Result<(Vec<Signal>, Vec<Column>), Read
 fn is_known(codec: Compression) -> bool {
     matches!(
         codec,
-        Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::ZSTD(_)
+        Compression::UNCOMPRESSED
+            | Compression::SNAPPY
+            | Compression::GZIP(_)
+            | Compression::ZSTD(_)
     )
 }
 
@@ -183,10 +186,10 @@ fn is_known(codec: Compression) -> bool {
 /// beyond the end), which a test that changes every byte shows; for the caller that is a file that
 /// cannot be read, like any other. What it was about is thrown away.
 fn guarded<T>(path: &Path, read: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, LogError> {
-    let cause = match catch_unwind(AssertUnwindSafe(read)) {
-        Ok(Ok(value)) => return Ok(value),
-        Ok(Err(error)) => error.to_string(),
-        Err(_) => "the reader of the format gave up".to_owned(),
+    let cause = match quietly(read) {
+        Some(Ok(value)) => return Ok(value),
+        Some(Err(error)) => error.to_string(),
+        None => "the reader of the format gave up".to_owned(),
     };
     Err(LogError::reading(path, ReadingError::Parquet { cause }))
 }

@@ -90,7 +90,7 @@ impl Reading {
     }
 
     /// Refuses what a log, which says all of that itself, cannot follow.
-    pub(super) fn check_log(&self) -> Result<(), ReadingError> {
+    pub(crate) fn check_log(&self) -> Result<(), ReadingError> {
         let given = [
             ("encoding", self.encoding.is_some()),
             ("decimal", self.decimal.is_some()),

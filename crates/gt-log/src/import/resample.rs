@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ReadingError;
+use crate::quality::Quality;
 
 /// The most samples of a record that is made by resampling.
 const MOST_SAMPLES: f64 = 5e7;
@@ -123,14 +124,14 @@ impl Resample {
     }
 
     /// The samples of a tag from its readings at times that never decrease, in seconds since the
-    /// first sample; a reading that is NaN is none.
+    /// first sample, each with how good it is; a reading that is NaN is none.
     pub(super) fn samples_of(
         &self,
         name: &str,
         count: usize,
         times_s: &[f64],
         values: &[f64],
-    ) -> (Vec<f64>, ResampledTag) {
+    ) -> (Vec<(f64, Quality)>, ResampledTag) {
         let valid = times_s.iter().copied().zip(values.iter().copied());
         let valid: Vec<(f64, f64)> = valid.filter(|(_, value)| !value.is_nan()).collect();
         let mut report = ResampledTag {
@@ -151,7 +152,12 @@ impl Resample {
         clippy::cast_sign_loss,
         reason = "a cast saturates, and what lies beyond the samples is left out"
     )]
-    fn means(&self, count: usize, valid: &[(f64, f64)], report: &mut ResampledTag) -> Vec<f64> {
+    fn means(
+        &self,
+        count: usize,
+        valid: &[(f64, f64)],
+        report: &mut ResampledTag,
+    ) -> Vec<(f64, Quality)> {
         let mut sums = vec![(0.0, 0_usize); count];
         for &(time_s, value) in valid {
             let index = (time_s / self.step_s + AT).floor() as usize;
@@ -170,15 +176,20 @@ impl Resample {
                 }
             }
             if readings == 0 {
-                f64::NAN
+                (f64::NAN, Quality::Bad)
             } else {
-                sum / readings as f64
+                (sum / readings as f64, Quality::Good)
             }
         };
         sums.into_iter().map(mean).collect()
     }
 
-    fn between(&self, count: usize, valid: &[(f64, f64)], report: &mut ResampledTag) -> Vec<f64> {
+    fn between(
+        &self,
+        count: usize,
+        valid: &[(f64, f64)],
+        report: &mut ResampledTag,
+    ) -> Vec<(f64, Quality)> {
         let longest_s = self.hold_at_most_s.unwrap_or(0.0) + AT * self.step_s;
         let mut next = 0;
         let sample = |k: usize| {
@@ -192,12 +203,12 @@ impl Resample {
             let before = next.checked_sub(1).and_then(|index| valid.get(index));
             let Some(&(before_s, value)) = before else {
                 report.missing += 1;
-                return f64::NAN;
+                return (f64::NAN, Quality::Bad);
             };
             let age_s = time_s - before_s;
             if age_s <= AT * self.step_s {
                 report.original += 1;
-                return value;
+                return (value, Quality::Good);
             }
             match (self.method, valid.get(next)) {
                 (ResampleMethod::Linear, Some(&(after_s, after)))
@@ -205,15 +216,16 @@ impl Resample {
                 {
                     report.interpolated += 1;
                     let share = age_s / (after_s - before_s);
-                    value * (1.0 - share) + after * share
+                    let line = value * (1.0 - share) + after * share;
+                    (line, Quality::Interpolated)
                 }
                 (ResampleMethod::Hold, _) if age_s <= longest_s => {
                     report.held += 1;
-                    value
+                    (value, Quality::Stale)
                 }
                 _ => {
                     report.missing += 1;
-                    f64::NAN
+                    (f64::NAN, Quality::Bad)
                 }
             }
         };
@@ -237,7 +249,11 @@ mod tests {
     fn run(resample: Resample, readings: &[(f64, f64)]) -> (Vec<f64>, ResampledTag) {
         let (times, values): (Vec<f64>, Vec<f64>) = readings.iter().copied().unzip();
         let count = resample.samples(times[times.len() - 1]).unwrap();
-        resample.samples_of("y", count, &times, &values)
+        let (samples, report) = resample.samples_of("y", count, &times, &values);
+        (
+            samples.into_iter().map(|(value, _)| value).collect(),
+            report,
+        )
     }
 
     fn shown(values: &[f64]) -> Vec<String> {
@@ -281,6 +297,23 @@ mod tests {
         let (values, _) = run(by(ResampleMethod::Linear, 1.0, Some(3.75)), &READINGS);
         assert_eq!(shown(&values[..5]), ["1", "3.5", "4.8", "6.4", "8"]);
         assert!((values[5] - 9.6).abs() < 1e-14);
+    }
+
+    /// A reading is good, one that is held is stale, one on a line interpolated, none bad.
+    #[test]
+    fn samples_say_how_good_they_are() {
+        use Quality::{Bad, Good, Interpolated, Stale};
+        let qualities = |method, hold_at_most_s| -> Vec<Quality> {
+            let (times, values): (Vec<f64>, Vec<f64>) = READINGS.iter().copied().unzip();
+            let (samples, _) = by(method, 1.0, hold_at_most_s).samples_of("y", 6, &times, &values);
+            samples.into_iter().map(|(_, quality)| quality).collect()
+        };
+        let mean = qualities(ResampleMethod::Mean, None);
+        assert_eq!(mean, [Good, Good, Bad, Bad, Bad, Good]);
+        let hold = qualities(ResampleMethod::Hold, Some(1.5));
+        assert_eq!(hold, [Good, Stale, Stale, Stale, Bad, Bad]);
+        let linear = qualities(ResampleMethod::Linear, Some(1.0));
+        assert_eq!(linear, [Good, Interpolated, Bad, Bad, Bad, Bad]);
     }
 
     #[test]
@@ -327,6 +360,7 @@ mod tests {
                 let resample = by(method, step_s, hold);
                 let count = resample.samples(times[times.len() - 1]).unwrap();
                 let (found, report) = resample.samples_of("y", count, &times, &values);
+                let found: Vec<f64> = found.into_iter().map(|(value, _)| value).collect();
                 prop_assert_eq!(shown(&found), shown(&values));
                 let valid = values.iter().filter(|value| !value.is_nan()).count();
                 prop_assert_eq!(report.original, valid);

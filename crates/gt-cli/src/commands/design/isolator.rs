@@ -7,10 +7,12 @@ use gt_campaign::{
 };
 use gt_log::{ModelFile, write_json};
 use gtfdi::fdi::{FaultEffect, FdiError, Isolator, MeanTime, ResidualGenerator, SUPPORTED_FACTOR};
+use gtfdi::ident::Missing;
 use gtfdi::ident::eiv::EivModel;
 use serde::Serialize;
 
 use super::generators::{chosen, parts};
+use super::pieces::pieces;
 use super::report::promised;
 use super::{Healthy, parse_time_hours, read_healthy, refused};
 use crate::Outcome;
@@ -129,6 +131,7 @@ impl Work<'_> {
         let described = descriptions(self.faults_path)?;
         let generator = self.args.generator.unwrap_or(GeneratorKind::Observer);
         let Healthy {
+            paths: healthy_paths,
             records: healthy,
             mut warnings,
             ..
@@ -137,7 +140,7 @@ impl Work<'_> {
             self.file,
             self.model_path,
             self.healthy_paths,
-            false,
+            true,
         )?;
         let faults = described
             .into_iter()
@@ -159,7 +162,7 @@ impl Work<'_> {
         };
         let isolator = plan
             .design(name, generators, self.noise, &faults, &healthy)
-            .map_err(|(fault, error)| self.refused(fault.as_deref(), &error))?;
+            .map_err(|(fault, error)| self.refused(fault.as_deref(), &error, &healthy_paths))?;
         let unsupported: Vec<String> = unsupported(&isolator).collect();
         for warning in &unsupported {
             complain(&format!("warning: {warning}"));
@@ -199,33 +202,40 @@ impl Work<'_> {
             warnings.extend(read.warnings);
             Ok::<_, Failure>(read.imported.dataset)
         };
-        let pairs = fault.pairs.iter();
-        pairs
-            .map(|pair| {
-                let (healthy, faulty) = (read(&pair.healthy)?, read(&pair.faulty)?);
-                if healthy.len() != faulty.len() {
-                    return Err(Failure::in_file(
-                        &folder.join(&pair.faulty),
-                        format!(
-                            "fault `{}`: expected the {} samples of {}, found {}",
-                            fault.name,
-                            healthy.len(),
-                            pair.healthy.display(),
-                            faulty.len()
-                        ),
-                    ));
-                }
-                Ok(PairRecords {
-                    sizes: pair.sizes(&faulty),
-                    healthy,
-                    faulty,
-                })
-            })
-            .collect()
+        let breaks = wanted.missing == Missing::Break;
+        let mut pairs = Vec::new();
+        for pair in &fault.pairs {
+            let (healthy, faulty) = (read(&pair.healthy)?, read(&pair.faulty)?);
+            if healthy.len() != faulty.len() {
+                return Err(Failure::in_file(
+                    &folder.join(&pair.faulty),
+                    format!(
+                        "fault `{}`: expected the {} samples of {}, found {}",
+                        fault.name,
+                        healthy.len(),
+                        pair.healthy.display(),
+                        faulty.len()
+                    ),
+                ));
+            }
+            let records = if breaks {
+                let path = folder.join(&pair.healthy);
+                let other = folder.join(&pair.faulty);
+                pieces(&path, &healthy, (&other, &faulty), model.max_lag() + 2)?
+            } else {
+                vec![(healthy, faulty)]
+            };
+            pairs.extend(records.into_iter().map(|(healthy, faulty)| PairRecords {
+                sizes: pair.sizes(&faulty),
+                healthy,
+                faulty,
+            }));
+        }
+        Ok(pairs)
     }
 
     /// A refusal that names the fault, the option or the file to blame.
-    fn refused(&self, fault: Option<&str>, error: &FdiError) -> Failure {
+    fn refused(&self, fault: Option<&str>, error: &FdiError, healthy: &[&Path]) -> Failure {
         if let Some(fault) = fault {
             return Failure::in_file(self.faults_path, format!("fault `{fault}`: {error}"));
         }
@@ -241,7 +251,7 @@ impl Work<'_> {
                 };
                 Failure::input(format!("--{flag}: {error}"))
             }
-            FdiError::HealthySamples { record, .. } => match self.healthy_paths.get(*record) {
+            FdiError::HealthySamples { record, .. } => match healthy.get(*record) {
                 Some(path) => Failure::in_file(path, error),
                 None => Failure::input(error),
             },

@@ -3,6 +3,7 @@
 mod generators;
 mod isolator;
 mod optimisation;
+mod pieces;
 mod poles;
 mod report;
 mod search;
@@ -14,7 +15,7 @@ use gt_campaign::{TestPlan, Watch, in_sample_optimism};
 use gt_log::{ModelFile, read_json, write_json};
 use gtfdi::core::Dataset;
 use gtfdi::fdi::{Bank, FdiError, ObserverDesign, ResidualTest, StatisticError, ThresholdRule};
-use gtfdi::ident::{ArxModel, Missing, unbroken};
+use gtfdi::ident::{ArxModel, Missing};
 
 use self::generators::{Found, chosen, found_by, parts};
 use self::optimisation::output_reports;
@@ -23,11 +24,11 @@ use self::report::{Report, test_reports, text, unsupported};
 use self::search::{Faulty, search};
 use super::SCHEMA_VERSION;
 use crate::Outcome;
-use crate::cli::{DesignArgs, GeneratorKind, GlobalArgs, Statistic, WatchKind};
+use crate::cli::{DesignArgs, GeneratorKind, GlobalArgs, MissingSamples, Statistic, WatchKind};
 use crate::config::layered;
 use crate::failure::Failure;
 use crate::output::{complain, number, print, print_json};
-use crate::record::{check_out, read_for, selection_for};
+use crate::record::{check_out, parts as parts_of, read_for, selection_for};
 
 /// Allowances for residuals of a model's own record beyond this are told.
 const NOTABLE_OPTIMISM: f64 = 1.02;
@@ -223,23 +224,34 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         };
         return work.run();
     }
-    // With --faulty they are pairs, and not split.
+    // With --faulty they are pairs, and split together.
     let splits = search.is_none();
+    let mut healthy = read_healthy(&args, &file, model_path, &healthy_paths, splits)?;
+    let faulty = match &search {
+        Some(search) => {
+            let mut faulty = Faulty::read(&args, model, model_path)?;
+            faulty.compare(&healthy.records, &healthy.paths);
+            if args.reading.missing == Some(MissingSamples::Break) {
+                let shortest = search.skip_samples + 2 * model.max_lag() + 1;
+                faulty.split(&mut healthy, shortest)?;
+            }
+            Some((search, faulty))
+        }
+        None => None,
+    };
     let Healthy {
         paths: healthy_paths,
         records: healthy,
         in_sample,
         mut warnings,
-    } = read_healthy(&args, &file, model_path, &healthy_paths, splits)?;
+    } = healthy;
     let parts = parts(model).map_err(|error| Failure::in_file(model_path, error))?;
     let Found {
         generators,
         searched,
-    } = match search {
-        Some(search) => {
-            let mut faulty = Faulty::read(&args, model, model_path)?;
-            faulty.compare(&healthy, &healthy_paths);
-            let found = found_by(&search, parts, &mut faulty, &healthy, &healthy_paths)?;
+    } = match faulty {
+        Some((search, mut faulty)) => {
+            let found = found_by(search, parts, &mut faulty, &healthy, &healthy_paths)?;
             warnings.append(&mut faulty.warnings);
             found
         }
@@ -323,15 +335,12 @@ fn read_healthy<'a>(
             healthy.warnings.push(warning);
         }
         let whole = read.imported.dataset;
-        let parts = if splits && wanted.missing == Missing::Break {
-            unbroken(&whole).map_err(|error| Failure::in_file(path, error))?
+        let missing = if splits {
+            wanted.missing
         } else {
-            vec![whole]
+            Missing::Refuse
         };
-        if parts.is_empty() {
-            let found = "expected samples of all channels, found none";
-            return Err(Failure::in_file(path, found));
-        }
+        let parts = parts_of(path, whole, missing)?;
         for part in parts {
             healthy.paths.push(path);
             healthy.in_sample.push(own);

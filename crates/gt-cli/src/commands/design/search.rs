@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 
 use gtfdi::core::Dataset;
 use gtfdi::fdi::{Criterion, FdiError, PoleSearch, RecordPair, SearchError, SearchMethod};
-use gtfdi::ident::ArxModel;
+use gtfdi::ident::{ArxModel, Missing};
 
+use super::Healthy;
+use super::pieces::pieces;
 use crate::cli::{DesignArgs, GeneratorKind, PoleCriterion, PoleSearchKind};
 use crate::failure::Failure;
 use crate::output::{complain, number};
-use crate::record::{read_for, selection_for};
+use crate::record::{parts, read_for, selection_for};
 
 /// The share of equal values below which two records are hardly the same run: before its onset a
 /// fault changes nothing, and two runs with other seeds may begin alike.
@@ -172,6 +174,43 @@ impl<'a> Faulty<'a> {
         for warning in warnings {
             self.warn(warning);
         }
+    }
+
+    /// Splits pairs where either record misses a sample, and healthy records without a partner where
+    /// they do. Pieces of pairs of fewer samples than `shortest` are left out where there are others.
+    ///
+    /// # Errors
+    /// An infinite sample, or no sample of all channels.
+    pub fn split(&mut self, healthy: &mut Healthy<'a>, shortest: usize) -> Result<(), Failure> {
+        let mut split = Healthy {
+            paths: Vec::new(),
+            records: Vec::new(),
+            in_sample: Vec::new(),
+            warnings: std::mem::take(&mut healthy.warnings),
+        };
+        let (mut paths, mut records, mut training) = (Vec::new(), Vec::new(), 0);
+        for (index, whole) in healthy.records.iter().enumerate() {
+            let path = healthy.paths[index];
+            let mut take = |data: Dataset| {
+                split.paths.push(path);
+                split.in_sample.push(healthy.in_sample[index]);
+                split.records.push(data);
+            };
+            let Some((own, faulty)) = self.paths.get(index).zip(self.records.get(index)) else {
+                let parts = parts(path, whole.clone(), Missing::Break)?;
+                parts.into_iter().for_each(take);
+                continue;
+            };
+            for (left, right) in pieces(path, whole, (own, faulty), shortest)? {
+                take(left);
+                paths.push(*own);
+                records.push(right);
+                training += usize::from(index < self.training);
+            }
+        }
+        (self.paths, self.records, self.training) = (paths, records, training);
+        *healthy = split;
+        Ok(())
     }
 
     /// Prints a warning and keeps it.

@@ -79,6 +79,7 @@ pub fn detect<'a>(
             config_toml: super::reading_toml(imported)?,
             data_sha256: Some(imported.sha256.clone()),
             warnings: warnings.clone(),
+            qualities: imported.qualities.clone(),
             ..RunMetadata::default()
         };
         write_diagnoses(out, isolator, data, &metadata).map_err(Failure::failed)?;

@@ -125,6 +125,7 @@ fn detect(
             config_toml: reading_toml(&imported)?,
             data_sha256: Some(imported.sha256.clone()),
             warnings: warnings.clone(),
+            qualities: imported.qualities.clone(),
             ..RunMetadata::default()
         };
         write_verdicts(out, bank, data, &run, &metadata).map_err(Failure::failed)?;

@@ -18,7 +18,7 @@ use crate::commands::noise::FITTED_START;
 use crate::config::layered;
 use crate::failure::Failure;
 use crate::output::{free_run, number, print, print_json, table};
-use crate::record::{read_for, selection_for};
+use crate::record::{parts, read_for, selection_for};
 
 #[derive(Serialize)]
 struct Report<'a> {
@@ -80,8 +80,9 @@ pub fn check(args: &CheckArgs, global: &GlobalArgs) -> Result<Outcome, Failure> 
     for data in args.data.iter().flatten() {
         let read = read_for(data, &wanted, path, model.sample_time_s())?;
         warnings.extend(read.warnings);
-        let imported = &read.imported;
-        let record = (data.as_path(), &imported.dataset, imported.sha256.as_str());
+        let imported = read.imported;
+        let parts = parts(data, imported.dataset, wanted.missing)?;
+        let record = (data.as_path(), &parts[..], imported.sha256.as_str());
         let mut report = on_record(&file, record, &args)?;
         found(Some(data), std::mem::take(&mut report.findings));
         records.push(report);

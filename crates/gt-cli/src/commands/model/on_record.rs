@@ -22,6 +22,9 @@ use crate::output::number;
 pub struct RecordReport {
     data: String,
     rows: usize,
+    /// The parts between missing samples, where those break the record; no prediction and no free run
+    /// reaches from one into another. The one-step errors are tested on the longest.
+    parts: usize,
     input_sha256: String,
     /// Whether it is the record of the fit, which the tests allow for.
     origin: RecordOrigin,
@@ -47,19 +50,30 @@ impl RecordReport {
             RecordOrigin::Fitted => "the record of the fit",
             RecordOrigin::Fresh => "not the record of the fit",
         };
-        format!("{}: {} rows, {origin}\n", self.data, self.rows)
+        let parts = if self.parts > 1 {
+            format!(" in {} parts", self.parts)
+        } else {
+            String::new()
+        };
+        format!("{}: {} rows{parts}, {origin}\n", self.data, self.rows)
     }
 }
 
-/// Checks `file` on the record `data`, read from `path`.
+/// Checks `file` on the parts of a record, read from `path`.
 pub fn on_record(
     file: &ModelFile,
-    (path, data, sha256): (&Path, &Dataset, &str),
+    (path, parts, sha256): (&Path, &[Dataset], &str),
     args: &CheckArgs,
 ) -> Result<RecordReport, Failure> {
     let model = &file.model;
+    let Some(data) = parts.iter().max_by_key(|data| data.len()) else {
+        let found = "expected samples of all channels, found none";
+        return Err(Failure::in_file(path, found));
+    };
+    let samples: usize = parts.iter().map(Dataset::len).sum();
+    let equations = |data: &Dataset| data.len().saturating_sub(model.max_lag());
     let fitted = file.input_sha256.as_deref() == Some(sha256)
-        && model.rows_used() + model.max_lag() == data.len();
+        && model.rows_used() == parts.iter().map(equations).sum::<usize>();
     let origin = if fitted {
         RecordOrigin::Fitted
     } else {
@@ -77,7 +91,8 @@ pub fn on_record(
         start,
         residual_tests: false,
     };
-    let scores = validate_records(model, &[data], without_tests)
+    let all: Vec<&Dataset> = parts.iter().collect();
+    let scores = validate_records(model, &all, without_tests)
         .map_err(|error| Failure::in_file(path, error))?;
     let mut findings = fits(&scores.outputs);
     let options = options(args, data.len().saturating_sub(model.max_lag()), origin);
@@ -95,7 +110,8 @@ pub fn on_record(
     findings.extend(cancellations(model, data));
     Ok(RecordReport {
         data: path.display().to_string(),
-        rows: data.len(),
+        rows: samples,
+        parts: parts.len(),
         input_sha256: sha256.to_owned(),
         origin,
         free_run_start: start,
