@@ -107,12 +107,13 @@ pub fn fuzz(arguments: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// Builds the targets; the folder of the programs.
+/// Builds the targets, with the versions of its own lock file as far as they fit the workspace; the
+/// folder of the programs.
 fn build(root: &Path, place: &Path) -> Result<PathBuf, String> {
     let host = host()?;
     // With a target named, build scripts and macros are built without the counters.
     run(cargo()
-        .args(["build", "--release", "--locked", "--target", &host])
+        .args(["build", "--release", "--target", &host])
         .arg("--manifest-path")
         .arg(root.join("fuzz/Cargo.toml"))
         .arg("--target-dir")
