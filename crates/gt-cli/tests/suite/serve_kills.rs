@@ -134,7 +134,7 @@ fn fifty_kills_lose_no_alarm() {
         format!(
             "state_dir = \"state\"\nsnapshot_s = 1.0\n[http]\nlisten = \"127.0.0.1:0\"\n\
              [[machine]]\nname = \"gt1\"\ndetector = \"bank.json\"\n[machine.alarms]\n\
-             off_delay_s = 0.0\n[lines]\ntcp = \"127.0.0.1:{port}\"\n[recorder]\nfolder = \"logs\"\n"
+             latch = false\noff_delay_s = 0.0\n[lines]\ntcp = \"127.0.0.1:{port}\"\n[recorder]\nfolder = \"logs\"\n"
         ),
     );
     let now_s = SystemTime::now().duration_since(UNIX_EPOCH).unwrap();
