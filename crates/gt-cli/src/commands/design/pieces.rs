@@ -106,7 +106,10 @@ mod tests {
         let starts: Vec<(f64, f64)> = pairs.iter().map(|(a, b)| (a.y()[0], b.y()[0])).collect();
         assert_eq!(starts, [(1.0, 1.0), (9.0, 9.0)]);
         let none = record(20, &(0..20).collect::<Vec<_>>());
-        let error = pieces(path, &none, (Path::new("f.csv"), &right), 1).expect_err("none");
+        let Err(Failure::Input(error)) = pieces(path, &none, (Path::new("f.csv"), &right), 1)
+        else {
+            panic!("no sample of both");
+        };
         assert_eq!(
             error.to_string(),
             "f.csv: expected samples that h.csv has too, found none"
