@@ -46,7 +46,7 @@ pub(super) fn examine(
     ));
     let about = Topic {
         path,
-        topic,
+        name: topic,
         signals,
         messages,
         since_s: clock.since(&clock),
@@ -54,8 +54,8 @@ pub(super) fn examine(
     let malformed = order.iter().zip(&places);
     damages.extend(malformed.filter_map(|(&index, &place)| about.malformed(index, place)));
     let mut values = Vec::new();
-    for slot in 0..signals.len() {
-        let mut reading = Reading::new(&signals[slot], None);
+    for (slot, signal) in signals.iter().enumerate() {
+        let mut reading = Reading::new(signal, None);
         for (&index, &place) in order.iter().zip(&places) {
             about.take(&mut reading, slot, index, place);
         }
@@ -73,7 +73,7 @@ pub(super) fn examine(
 /// The messages of a topic and where they are from.
 struct Topic<'a> {
     path: &'a Path,
-    topic: &'a str,
+    name: &'a str,
     signals: &'a [Signal],
     messages: &'a Messages,
     /// The times of the messages in their order, since the first.
@@ -95,7 +95,7 @@ impl Topic<'_> {
         };
         let error = LogError::Message {
             path: self.path.to_owned(),
-            topic: self.topic.to_owned(),
+            topic: self.name.to_owned(),
             time_s: self.time_s(place),
             cause: cause.clone(),
         };
@@ -115,7 +115,7 @@ impl Topic<'_> {
             Some(Fault::Missing(slots)) if slots.contains(&slot) => {
                 let error = LogError::MissingField {
                     path: self.path.to_owned(),
-                    topic: self.topic.to_owned(),
+                    topic: self.name.to_owned(),
                     column: signal.name.clone(),
                     time_s: self.time_s(place),
                 };
