@@ -95,13 +95,12 @@ impl Truth {
             let is_right = |own: &&Suggestion| (self.is_input)(self.name(&own.tag)) == wanted;
             side.iter().filter(is_right).count()
         };
-        let hits = Hits {
+        Hits {
             inputs: found.suggested_inputs.len(),
             inputs_right: right(&found.suggested_inputs, true),
             outputs: found.suggested_outputs.len(),
             outputs_right: right(&found.suggested_outputs, false),
-        };
-        hits
+        }
     }
 }
 

@@ -263,9 +263,12 @@ fn pairs_that_miss_samples_are_learned_from() {
     let place = furnished(6);
     let without = |text: String, rows: [usize; 3]| {
         let lines = text.lines().enumerate();
-        let mended = lines.map(|(line, text)| match rows.contains(&line) {
-            true => "Bad,Bad,Bad,Bad\n".to_owned(),
-            false => format!("{text}\n"),
+        let mended = lines.map(|(line, text)| {
+            if rows.contains(&line) {
+                "Bad,Bad,Bad,Bad\n".to_owned()
+            } else {
+                format!("{text}\n")
+            }
         });
         mended.collect::<String>()
     };

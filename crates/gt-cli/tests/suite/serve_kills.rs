@@ -40,12 +40,15 @@ impl Feed {
         };
         let first = self.sent;
         while Instant::now() < end {
-            let due = first + (started.elapsed().as_secs_f64() * SPEED / PERIOD_S) as usize;
+            let passed_s = started.elapsed().as_secs_f64();
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // some thousands
+            let due = first + (passed_s * SPEED / PERIOD_S) as usize;
             let mut text = String::new();
             while self.sent < due {
                 let time_s = self.start_s + self.sent as f64 * PERIOD_S;
                 let row = &self.rows[self.sent % self.rows.len()];
-                text.push_str(&format!("{{\"time\":{time_s:.6},\"values\":{{{row}}}}}\n"));
+                let line = format!("{{\"time\":{time_s:.6},\"values\":{{{row}}}}}\n");
+                text.push_str(&line);
                 self.sent += 1;
             }
             if stream.write_all(text.as_bytes()).is_err() {
@@ -94,13 +97,14 @@ fn alarms(serving: &Serving) -> BTreeMap<u64, Value> {
 /// Recovered or whole, all logs of a folder are sound; the time of the last sample in them, or when
 /// it began where there is none, in ms.
 fn last_recorded_ms(place: &Place, folder: &Path, begin_s: f64) -> i64 {
+    #[allow(clippy::cast_possible_truncation)] // of a time since 1970
     let mut last_ms = (begin_s * 1e3) as i64;
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
-        let name = path.display().to_string();
-        if !name.ends_with(".mcap") {
+        if path.extension().is_none_or(|own| own != "mcap") {
             continue;
         }
+        let name = path.display().to_string();
         let found = place.json(&["log", "verify", &name]);
         assert_eq!(found["sound"], true, "{found}");
         let found = place.json(&["log", "info", &name]);

@@ -229,12 +229,7 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     let mut healthy = read_healthy(&args, &file, model_path, &healthy_paths, splits)?;
     let faulty = match &search {
         Some(search) => {
-            let mut faulty = Faulty::read(&args, model, model_path)?;
-            faulty.compare(&healthy.records, &healthy.paths);
-            if args.reading.missing == Some(MissingSamples::Break) {
-                let shortest = search.skip_samples + 2 * model.max_lag() + 1;
-                faulty.split(&mut healthy, shortest)?;
-            }
+            let faulty = read_faulty(&args, search.skip_samples, model, model_path, &mut healthy)?;
             Some((search, faulty))
         }
         None => None,
@@ -289,6 +284,24 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         print(&text(&report))?;
     }
     Ok(Outcome::Done)
+}
+
+/// The faulty records of the healthy ones, split with them where samples are missing and that is how
+/// they are taken.
+fn read_faulty<'a>(
+    args: &'a DesignArgs,
+    skip_samples: usize,
+    model: &ArxModel,
+    model_path: &'a Path,
+    healthy: &mut Healthy<'a>,
+) -> Result<Faulty<'a>, Failure> {
+    let mut faulty = Faulty::read(args, model, model_path)?;
+    faulty.compare(&healthy.records, &healthy.paths);
+    if args.reading.missing == Some(MissingSamples::Break) {
+        let shortest = skip_samples + 2 * model.max_lag() + 1;
+        faulty.split(healthy, shortest)?;
+    }
+    Ok(faulty)
 }
 
 /// Healthy records.
