@@ -115,6 +115,10 @@ fn test_python() -> Result<(), String> {
             .current_dir(&root))
     };
     pip(&[".[test]"])?;
+    // Large, and not there for every Python: what they are needed for is skipped without them.
+    if pip(&["--only-binary", ":all:", "pyarrow", "duckdb"]).is_err() {
+        println!("no pyarrow and duckdb: Parquet is not compared with what they read and write");
+    }
     // Away from the sources, so that the installed package is what the tests import.
     let mut tests = Command::new(&python);
     if let Some(binary) = binary(&root) {
