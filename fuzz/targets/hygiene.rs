@@ -48,9 +48,12 @@ fuzz_target!(|data: &[u8]| {
             },
         };
         machine.offer(&reading, now_ns, |_, sample| {
-            if let Some((before_ns, before)) = last {
-                assert!(sample.index > before, "{} after {before}", sample.index);
-                assert!(sample.restart || sample.time_ns > before_ns);
+            match last {
+                Some((before_ns, before)) if !sample.restart => {
+                    assert_eq!(sample.index, before + 1);
+                    assert!(sample.time_ns > before_ns);
+                }
+                _ => assert_eq!((sample.index, sample.restart), (0, true)),
             }
             last = Some((sample.time_ns, sample.index));
         });

@@ -67,8 +67,11 @@ fuzz_target!(|data: &[u8]| {
         if let Some(twin) = &mut twin {
             let other = twin.step(time_s, &u, &y).map(<[_]>::len);
             assert_eq!(one.is_ok(), other.is_ok());
-            assert_eq!(bits(watch.residuals()), bits(twin.residuals()));
-            assert_eq!(bits(watch.statistics()), bits(twin.statistics()));
+            // A sample that is refused leaves what was there, which the twin has not had.
+            if one.is_ok() {
+                assert_eq!(bits(watch.residuals()), bits(twin.residuals()));
+                assert_eq!(bits(watch.statistics()), bits(twin.statistics()));
+            }
         }
     }
 });
