@@ -62,10 +62,10 @@ pub struct DataCheck {
     pub not_compared: Option<NotCompared>,
 }
 
-/// Examines a `.csv`, `.parquet` or `.mcap` file as `selection` reads it; inputs and outputs are the tags to
-/// look at, all where there are none. What cannot be read is a damage of the report, and where the
-/// error itself says how to go on (another encoding, another header line, the day first) the rest is
-/// examined so.
+/// Examines a `.csv`, `.parquet` or `.mcap` file as `selection` reads it; inputs and outputs are the
+/// tags to look at, all where there are none. What cannot be read is a damage of the report, and where
+/// the error itself says how to go on (another encoding, another header line, the day first) the rest
+/// is examined so.
 ///
 /// With [`Reading::resample`] a table is examined twice: as it stands for what resampling cannot mend,
 /// and as the samples that it becomes for all else.

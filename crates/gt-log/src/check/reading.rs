@@ -113,8 +113,8 @@ impl Reading {
         self.texts.push(damage);
     }
 
-    /// The tag, its damages and its values. Texts where nothing is a number are a column of texts: no damage,
-    /// unless the tag is selected.
+    /// The tag, its damages and its values. Texts where nothing is a number are a column of texts: no
+    /// damage, unless the tag is selected.
     pub(super) fn finish(mut self, is_selected: bool) -> (TagCheck, Vec<Damage>, Vec<f64>) {
         tag::describe(&mut self.check, &self.values, &self.places);
         let numbers = self
