@@ -3,7 +3,8 @@
 //!
 //! [`reproduce`] simulates, identifies, designs and detects; [`Reproduction`] holds the numbers and
 //! writes the page, figures and logs. [`campaign`] runs faults that are drawn at random by the
-//! thousand, and says how they are detected. Progress is told to a [`Progress`]; drawing it is the
+//! thousand, and says how they are detected. [`reports`] makes pages of single identifications and
+//! detections. Progress is told to a [`Progress`]; drawing it is the
 //! caller's affair.
 
 mod bank_design;
@@ -15,6 +16,7 @@ pub mod paper;
 mod paper_models;
 mod progress;
 pub mod report;
+pub mod reports;
 mod reproduce;
 mod statistic_choice;
 
@@ -28,5 +30,5 @@ pub use isolator_design::{
 };
 pub use progress::{Progress, Silent};
 pub use reproduce::tables;
-pub use reproduce::{Depth, Figure, Reproduction, reproduce};
+pub use reproduce::{Depth, Reproduction, reproduce};
 pub use statistic_choice::{OptionRefusal, StatisticChoice, StatisticName};

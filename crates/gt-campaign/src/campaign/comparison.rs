@@ -6,17 +6,16 @@ use serde::Serialize;
 use toml::Table;
 
 use super::fault_summary::is_of;
-use super::figures::{Figure, series};
 use super::folder::{finished_rows, manifest_of};
 use super::row::{Row, Status};
 use super::size_limit::{DetectionCurve, SizeLimit};
 use super::spec::Spec;
 use super::summary::Summary;
 use crate::error::CampaignError;
-use crate::report::Scale;
-use crate::report::chart::Chart;
+use crate::report::chart::{Chart, Series};
 use crate::report::page::{Cell, Page};
 use crate::report::text::digits;
+use crate::report::{Figure, Scale};
 
 /// Version of the JSON object; it rises when a key changes its meaning.
 const SCHEMA_VERSION: u32 = 1;
@@ -150,7 +149,7 @@ impl Comparison {
         let curves = curves.filter_map(|(campaign, runs)| {
             let curve = DetectionCurve::fit(runs)?;
             let values = x.iter().map(|size| curve.at(*size).unwrap_or(f64::NAN));
-            Some(series(&campaign.name, values.collect(), false))
+            Some(Series::line(&campaign.name, values.collect()))
         });
         let series: Vec<_> = curves.collect();
         if series.is_empty() {
@@ -197,7 +196,7 @@ impl Comparison {
         page.section("limits", "Sizes detected with probability .95");
         page.table(&head("fault"), &self.limit_cells());
         for figure in figures {
-            page.figure(&figure.chart, &figure.caption);
+            page.figure(figure);
         }
         page.section("all", "False alarms and names");
         page.table(&head("of all runs"), &self.overall_cells());

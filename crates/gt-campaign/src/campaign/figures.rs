@@ -1,34 +1,13 @@
 //! The charts of a campaign.
 
-use std::path::Path;
-
 use super::fault_summary::FaultSummary;
 use super::roc::RocPoint;
 use super::summary::Summary;
-use crate::error::CampaignError;
-use crate::report::Scale;
 use crate::report::chart::{Chart, Mark, Series};
+use crate::report::{Figure, Scale};
 
 /// Points of a distribution's curve.
 const POINTS: u32 = 200;
-
-/// A chart with what it shows.
-pub(super) struct Figure {
-    pub chart: Chart,
-    pub caption: String,
-}
-
-impl Figure {
-    /// Writes the chart and its numbers into a folder.
-    pub(super) fn write(&self, folder: &Path) -> Result<(), CampaignError> {
-        let chart = &self.chart;
-        for (extension, text) in [("svg", chart.stand_alone()), ("csv", chart.csv())] {
-            let path = folder.join(format!("{}.{extension}", chart.id));
-            gt_log::write_atomically(&path, text.as_bytes())?;
-        }
-        Ok(())
-    }
-}
 
 /// All charts.
 pub(super) fn figures(summary: &Summary) -> Vec<Figure> {
@@ -43,14 +22,6 @@ pub(super) fn figures(summary: &Summary) -> Vec<Figure> {
 
 fn name(fault: &FaultSummary) -> String {
     format!("case {} ({})", fault.case, fault.waveform)
-}
-
-pub(super) fn series(label: &str, values: Vec<f64>, dashed: bool) -> Series {
-    Series {
-        label: label.to_owned(),
-        values,
-        dashed,
-    }
 }
 
 /// Detection probability against size.
@@ -79,13 +50,8 @@ fn detection(fault: &FaultSummary) -> Option<Figure> {
             y_label: "share detected".to_owned(),
             x: bins.iter().map(|bin| bin.middle).collect(),
             series: vec![
-                series(
-                    "detected",
-                    of(|found| found.share.unwrap_or(f64::NAN)),
-                    false,
-                ),
-                series("low", of(|found| found.low), true),
-                series("high", of(|found| found.high), true),
+                Series::line("detected", of(|found| found.share.unwrap_or(f64::NAN)))
+                    .within(of(|found| found.low), of(|found| found.high)),
             ],
             ..Chart::default()
         },
@@ -111,7 +77,7 @@ fn delays(summary: &Summary) -> Option<Figure> {
             let by = fault.delays.partition_point(|delay| delay <= time_s);
             by as f64 / fault.detected.of as f64
         };
-        series(&name(fault), x.iter().map(share).collect(), false)
+        Series::line(name(fault), x.iter().map(share).collect())
     });
     Some(Figure {
         caption: "Share of all runs of a fault that are detected by a time after the onset."
@@ -138,7 +104,7 @@ fn limits_in_time(summary: &Summary) -> Option<Figure> {
         let sizes = fault.size_limits.iter().map(|own| own.limit.size);
         let label = format!("{} [{}]", name(fault), fault.unit);
         let sizes = sizes.map(|size| size.unwrap_or(f64::NAN));
-        series(&label, sizes.collect(), false)
+        Series::line(label, sizes.collect())
     });
     Some(Figure {
         caption:
@@ -192,7 +158,7 @@ fn over_rate(
         let values = points.iter().map(|(_, point)| value(point, place));
         let values: Vec<f64> = values.map(|own| own.unwrap_or(f64::NAN)).collect();
         let seen = values.iter().any(|own| own.is_finite());
-        seen.then(|| series(&label(fault), values, false))
+        seen.then(|| Series::line(label(fault), values))
     });
     Some(Chart {
         x_label: "false alarms an hour".to_owned(),

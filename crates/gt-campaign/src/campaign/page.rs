@@ -77,7 +77,7 @@ impl Summary {
             ));
         }
         for figure in figures(self) {
-            page.figure(&figure.chart, &figure.caption);
+            page.figure(&figure);
         }
         page.note(&self.definition);
         self.naming_section(&mut page);

@@ -64,6 +64,22 @@ impl Axis {
         }
     }
 
+    /// How much of what lies evenly a pixel is.
+    pub(super) fn per_pixel(&self) -> f64 {
+        let [low, high] = [self.low, self.high].map(|own| self.scale.even(own));
+        (high - low) / (self.to - self.from).abs()
+    }
+
+    /// Widens a linear axis on both sides until a pixel is `per_pixel`.
+    pub(super) fn widen(&mut self, per_pixel: f64) {
+        if self.scale != Scale::Linear {
+            return;
+        }
+        let more = (per_pixel - self.per_pixel()) * (self.to - self.from).abs() / 2.0;
+        self.low -= more;
+        self.high += more;
+    }
+
     /// Where a value lies; not a number where it lies nowhere.
     pub(super) fn pixel(&self, value: f64) -> f64 {
         let [low, high, value] = [self.low, self.high, value].map(|own| self.scale.even(own));

@@ -1,45 +1,112 @@
-//! Line charts as plain SVG: no script, no font, no network; colours follow the reader's theme.
+//! What a chart shows: curves over an abscissa, limits, marks; drawn by `draw`, alive by `points`.
 
 use std::fmt::Write as _;
 
-use super::axis::{Axis, Scale};
-use super::escape;
+use super::axis::Scale;
 
-/// Pixels of the drawing, before the page scales it.
-const WIDTH: f64 = 860.0;
-const HEIGHT: f64 = 260.0;
-const LEFT: f64 = 74.0;
-const RIGHT: f64 = 14.0;
-const TOP: f64 = 30.0;
-const BOTTOM: f64 = 40.0;
-/// Columns into which a long series is reduced to its minimum and maximum; more than there are
-/// pixels would only make the file large.
-const BUCKETS: usize = 600;
+/// How a curve is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Stroke {
+    /// A line through all values; one that is not finite interrupts it.
+    #[default]
+    Line,
+    /// A dashed line.
+    Dashed,
+    /// A cross at each value.
+    Crosses,
+    /// A ring at each value.
+    Rings,
+}
 
-/// The rules a chart needs, for stand-alone files and for the page alike.
-pub const STYLE: &str = "\
-.chart{font:12px system-ui,-apple-system,'Segoe UI',sans-serif;--ink:#1d2733;--soft:#66717f;\
---grid:#dde3ea;--s0:#0b62a8;--s1:#c2510a;--s2:#0b7a55;--s3:#a2387d;--mark:#b3261e;--halo:#fff}\
-@media(prefers-color-scheme:dark){.chart{--ink:#e6ebf1;--soft:#9aa7b5;--grid:#2c3642;\
---s0:#6bb5f2;--s1:#f2a067;--s2:#5fcaa0;--s3:#e391c6;--mark:#ff8a80;--halo:#12171d}}\
-.chart text{fill:var(--soft)}.chart .title{fill:var(--ink);font-weight:600;font-size:13px}\
-.chart .grid{stroke:var(--grid)}.chart .axis{stroke:var(--soft)}\
-.chart .line{fill:none;stroke-width:1.4;stroke-linejoin:round}\
-.chart .c0{stroke:var(--s0)}.chart .c1{stroke:var(--s1)}.chart .c2{stroke:var(--s2)}\
-.chart .c3{stroke:var(--s3)}.chart .limit{stroke:var(--mark);stroke-dasharray:5 4}\
-.chart .mark{stroke:var(--mark)}.chart .marktext{fill:var(--mark);stroke:var(--halo);\
-stroke-width:4px;paint-order:stroke}\
-.chart .dashed{stroke-dasharray:4 3}";
+/// The colour of a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Colour {
+    /// That of its place among the curves; four are told apart.
+    #[default]
+    Own,
+    /// That of the curve at this place.
+    Of(usize),
+    /// That of axes, for what is only there for comparison.
+    Soft,
+}
+
+/// What surrounds a curve, one value a sample: an interval of confidence.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Band {
+    /// The lower edge.
+    pub low: Vec<f64>,
+    /// The upper edge.
+    pub high: Vec<f64>,
+}
 
 /// One curve.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Series {
-    /// The legend's text.
+    /// The legend's text; empty for a curve that needs none.
     pub label: String,
-    /// Values, one a sample of the chart's abscissa.
+    /// Values, one a sample of the abscissa.
     pub values: Vec<f64>,
-    /// Whether the line is dashed.
-    pub dashed: bool,
+    /// The curve's own abscissa; the chart's where there is none.
+    pub x: Option<Vec<f64>>,
+    /// How it is drawn.
+    pub stroke: Stroke,
+    /// Its colour.
+    pub colour: Colour,
+    /// What surrounds it.
+    pub band: Option<Band>,
+}
+
+impl Series {
+    /// A line over the chart's abscissa.
+    pub fn line(label: impl Into<String>, values: Vec<f64>) -> Self {
+        Self {
+            label: label.into(),
+            values,
+            ..Self::default()
+        }
+    }
+
+    /// A dashed line over the chart's abscissa.
+    pub fn dashed(label: impl Into<String>, values: Vec<f64>) -> Self {
+        Self::line(label, values).drawn(Stroke::Dashed)
+    }
+
+    /// The same values, drawn otherwise.
+    #[must_use]
+    pub fn drawn(mut self, stroke: Stroke) -> Self {
+        self.stroke = stroke;
+        self
+    }
+
+    /// The same curve over an abscissa of its own.
+    #[must_use]
+    pub fn over(mut self, x: Vec<f64>) -> Self {
+        self.x = Some(x);
+        self
+    }
+
+    /// The same curve in another colour.
+    #[must_use]
+    pub fn coloured(mut self, colour: Colour) -> Self {
+        self.colour = colour;
+        self
+    }
+
+    /// The same curve with what surrounds it.
+    #[must_use]
+    pub fn within(mut self, low: Vec<f64>, high: Vec<f64>) -> Self {
+        self.band = Some(Band { low, high });
+        self
+    }
+
+    /// The style's name of the colour of the curve at a place.
+    pub(super) fn class(&self, place: usize) -> String {
+        match self.colour {
+            Colour::Own => format!("c{}", place % 4),
+            Colour::Of(other) => format!("c{}", other % 4),
+            Colour::Soft => "soft".to_owned(),
+        }
+    }
 }
 
 /// A vertical line with a text, for an onset or an alarm.
@@ -51,7 +118,17 @@ pub struct Mark {
     pub label: String,
 }
 
-/// A line chart over one common abscissa.
+/// The form of the drawing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Form {
+    /// As wide as the page; both axes are stretched to what is there.
+    #[default]
+    Wide,
+    /// A square in which a unit is as long on both axes, so that circles are round.
+    Square,
+}
+
+/// Curves over an abscissa.
 #[derive(Debug, Clone, Default)]
 pub struct Chart {
     /// File name without extension, unique in a report.
@@ -74,35 +151,31 @@ pub struct Chart {
     pub x_scale: Scale,
     /// How the ordinate runs.
     pub y_scale: Scale,
+    /// The form of the drawing.
+    pub form: Form,
 }
 
 impl Chart {
-    /// The chart as an `<svg>` element for a page that carries [`STYLE`] itself.
-    pub fn inline(&self) -> String {
-        self.draw(false)
+    /// The abscissa of a curve.
+    pub(super) fn abscissa<'a>(&'a self, series: &'a Series) -> &'a [f64] {
+        series.x.as_deref().unwrap_or(&self.x)
     }
 
-    /// The chart as a file of its own.
-    pub fn stand_alone(&self) -> String {
-        self.draw(true)
-    }
-
-    /// The data behind the chart as CSV: the abscissa, then a column a curve.
+    /// The data behind the chart as CSV: the abscissa and a column a curve, each band's edges beside
+    /// it; curves with an abscissa of their own bring it as a column.
     pub fn csv(&self) -> String {
-        let mut text = quote(&self.x_label);
-        for series in &self.series {
-            text.push(',');
-            text.push_str(&quote(&series.label));
-        }
+        let columns = self.columns();
+        let heads: Vec<String> = columns.iter().map(|(head, _)| quote(head)).collect();
+        let mut text = heads.join(",");
         text.push('\n');
-        for (index, x) in self.x.iter().enumerate() {
-            let _ = write!(text, "{x}");
-            for series in &self.series {
-                match series.values.get(index) {
-                    Some(value) if value.is_finite() => {
-                        let _ = write!(text, ",{value}");
-                    }
-                    _ => text.push(','),
+        let rows = columns.iter().map(|(_, values)| values.len()).max();
+        for row in 0..rows.unwrap_or(0) {
+            for (place, (_, values)) in columns.iter().enumerate() {
+                if place > 0 {
+                    text.push(',');
+                }
+                if let Some(value) = values.get(row).filter(|value| value.is_finite()) {
+                    let _ = write!(text, "{value}");
                 }
             }
             text.push('\n');
@@ -110,126 +183,27 @@ impl Chart {
         text
     }
 
-    fn draw(&self, stand_alone: bool) -> String {
-        let values = self
-            .series
-            .iter()
-            .flat_map(|series| series.values.iter().copied());
-        let values = values.chain(self.limits.iter().copied());
-        let x_axis = Axis::over(
-            self.x_scale,
-            self.x.iter().copied(),
-            0.0,
-            [LEFT, WIDTH - RIGHT],
-        );
-        let y_axis = Axis::over(self.y_scale, values, 0.06, [HEIGHT - BOTTOM, TOP]);
-        let mut svg = format!(
-            "<svg{} class=\"chart\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" \
-             aria-label=\"{}\">",
-            if stand_alone {
-                " xmlns=\"http://www.w3.org/2000/svg\""
-            } else {
-                ""
-            },
-            escape(&self.title)
-        );
-        if stand_alone {
-            let _ = write!(svg, "<style>{STYLE}</style>");
+    fn columns(&self) -> Vec<(String, &[f64])> {
+        let mut columns: Vec<(String, &[f64])> = Vec::new();
+        if self.series.iter().any(|series| series.x.is_none()) {
+            columns.push((self.x_label.clone(), &self.x));
         }
-        self.frame(&mut svg, &x_axis, &y_axis);
-        for (index, series) in self.series.iter().enumerate() {
-            let dashed = if series.dashed { " dashed" } else { "" };
-            let _ = write!(
-                svg,
-                "<path class=\"line c{}{dashed}\" d=\"{}\"/>",
-                index % 4,
-                path(&self.x, &series.values, &x_axis, &y_axis)
-            );
-        }
-        for limit in &self.limits {
-            let y = y_axis.pixel(*limit);
-            let _ = write!(
-                svg,
-                "<line class=\"limit\" x1=\"{LEFT}\" x2=\"{}\" y1=\"{y:.1}\" y2=\"{y:.1}\"/>",
-                WIDTH - RIGHT
-            );
-        }
-        for (index, mark) in self.marks.iter().enumerate() {
-            let x = x_axis.pixel(mark.at);
-            // Two rows of texts, so that an onset and an alarm close to it both stay readable.
-            let y = TOP + 12.0 + 14.0 * (index % 2) as f64;
-            let (anchor, shift) = if x > WIDTH * 0.8 {
-                ("end", -4.0)
-            } else {
-                ("start", 4.0)
+        for series in &self.series {
+            if let Some(x) = &series.x {
+                let head = format!("{} of {}", self.x_label, series.label);
+                columns.push((head.trim_end_matches(" of ").to_owned(), x));
+            }
+            let label = match series.label.as_str() {
+                "" => &self.y_label,
+                label => label,
             };
-            let _ = write!(
-                svg,
-                "<line class=\"mark\" x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{TOP}\" y2=\"{}\"/>\
-                 <text class=\"marktext\" x=\"{:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}\
-                 </text>",
-                HEIGHT - BOTTOM,
-                x + shift,
-                escape(&mark.label)
-            );
-        }
-        svg.push_str("</svg>");
-        svg
-    }
-
-    /// Grid, ticks, title, axis labels and legend.
-    fn frame(&self, svg: &mut String, x_axis: &Axis, y_axis: &Axis) {
-        let (bottom, right) = (HEIGHT - BOTTOM, WIDTH - RIGHT);
-        for (tick, label) in y_axis.ticks() {
-            let y = y_axis.pixel(tick);
-            let _ = write!(
-                svg,
-                "<line class=\"grid\" x1=\"{LEFT}\" x2=\"{right}\" y1=\"{y:.1}\" y2=\"{y:.1}\"/>\
-                 <text x=\"{}\" y=\"{:.1}\" text-anchor=\"end\">{label}</text>",
-                LEFT - 6.0,
-                y + 4.0
-            );
-        }
-        for (tick, label) in x_axis.ticks() {
-            let x = x_axis.pixel(tick);
-            let _ = write!(
-                svg,
-                "<line class=\"grid\" x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{TOP}\" y2=\"{bottom}\"/>\
-                 <text x=\"{x:.1}\" y=\"{}\" text-anchor=\"middle\">{label}</text>",
-                bottom + 16.0
-            );
-        }
-        let _ = write!(
-            svg,
-            "<line class=\"axis\" x1=\"{LEFT}\" x2=\"{right}\" y1=\"{bottom}\" y2=\"{bottom}\"/>\
-             <text class=\"title\" x=\"{LEFT}\" y=\"16\">{}</text>\
-             <text x=\"{right}\" y=\"{}\" text-anchor=\"end\">{}</text>\
-             <text transform=\"translate(14 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
-            escape(&self.title),
-            HEIGHT - 6.0,
-            escape(&self.x_label),
-            f64::midpoint(TOP, bottom),
-            escape(&self.y_label)
-        );
-        if self.series.len() > 1 {
-            let mut x = right;
-            for (index, series) in self.series.iter().enumerate().rev() {
-                // About 6.6 px a character at 12 px.
-                x -= 6.6 * series.label.chars().count() as f64;
-                let dashed = if series.dashed { " dashed" } else { "" };
-                let _ = write!(
-                    svg,
-                    "<text x=\"{x:.1}\" y=\"16\">{}</text>\
-                     <line class=\"line c{}{dashed}\" x1=\"{:.1}\" x2=\"{:.1}\" y1=\"12\" \
-                     y2=\"12\"/>",
-                    escape(&series.label),
-                    index % 4,
-                    x - 24.0,
-                    x - 5.0
-                );
-                x -= 36.0;
+            columns.push((label.to_owned(), &series.values));
+            if let Some(band) = &series.band {
+                columns.push((format!("{label}, low"), &band.low));
+                columns.push((format!("{label}, high"), &band.high));
             }
         }
+        columns
     }
 }
 
@@ -242,122 +216,34 @@ fn quote(text: &str) -> String {
     }
 }
 
-/// The path of one curve; long curves keep the minimum and the maximum of every bucket, so that no
-/// peak is lost. Gaps (values that are not finite) interrupt the line.
-fn path(x: &[f64], values: &[f64], x_axis: &Axis, y_axis: &Axis) -> String {
-    let count = x.len().min(values.len());
-    let mut text = String::new();
-    let mut pen_down = false;
-    let mut draw = |index: usize| {
-        let (along, up) = (x_axis.pixel(x[index]), y_axis.pixel(values[index]));
-        if !(along.is_finite() && up.is_finite()) {
-            pen_down = false;
-            return;
-        }
-        let command = if pen_down { 'L' } else { 'M' };
-        pen_down = true;
-        let _ = write!(text, "{command}{along:.1} {up:.1}");
-    };
-    if count <= 2 * BUCKETS {
-        (0..count).for_each(&mut draw);
-        return text;
-    }
-    for bucket in 0..BUCKETS {
-        let (start, end) = (bucket * count / BUCKETS, (bucket + 1) * count / BUCKETS);
-        let by_value = |a: &usize, b: &usize| values[*a].total_cmp(&values[*b]);
-        let finite = || (start..end).filter(|index| values[*index].is_finite());
-        match (finite().min_by(by_value), finite().max_by(by_value)) {
-            (Some(low), Some(high)) if low != high => {
-                draw(low.min(high));
-                draw(low.max(high));
-            }
-            (Some(only), _) => draw(only),
-            _ => draw(start),
-        }
-    }
-    text
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn chart(values: Vec<f64>) -> Chart {
-        Chart {
-            id: "c".into(),
-            title: "a < b & \"c\"".into(),
-            x_label: "time [s]".into(),
-            y_label: "y".into(),
-            x: (0..values.len()).map(|k| k as f64).collect(),
-            series: vec![Series {
-                label: "y, raw".into(),
-                values,
-                dashed: false,
-            }],
-            ..Chart::default()
-        }
-    }
-
-    #[test]
-    fn a_single_peak_survives_the_reduction() {
-        let mut values = vec![0.0; 50_000];
-        values[31_234] = 7.0;
-        let chart = chart(values);
-        let axis = |high: f64, ends| Axis::over(Scale::Linear, [0.0, high].into_iter(), 0.0, ends);
-        let y_axis = axis(7.0, [100.0, 0.0]);
-        let x_axis = axis(50_000.0, [0.0, 1000.0]);
-        let drawn = path(&chart.x, &chart.series[0].values, &x_axis, &y_axis);
-        assert!(
-            drawn.contains("624.7 0.0"),
-            "the peak at sample 31234 is lost"
-        );
-        assert!(
-            drawn.matches(['M', 'L']).count() <= 2 * BUCKETS,
-            "not reduced"
-        );
-    }
-
-    #[test]
-    fn a_gap_interrupts_the_line() {
-        let drawn = chart(vec![0.0, 1.0, f64::NAN, 1.0, 0.0]).inline();
-        let path = drawn.split(" d=\"").nth(1).expect("a path");
-        let path = &path[..path.find('"').expect("its end")];
-        assert_eq!(path.matches('M').count(), 2);
-        assert!(!drawn.contains("NaN"));
-    }
-
-    /// Decades are equally far apart, and what has no logarithm interrupts the line.
-    #[test]
-    fn logarithmic_axes_draw_what_is_above_zero() {
-        let values = vec![0.01, 1.0, 0.0, -3.0, 100.0];
-        let drawn = Chart {
-            y_scale: Scale::Logarithmic,
-            ..chart(values.clone())
-        };
-        let svg = drawn.inline();
-        let path = svg.split(" d=\"").nth(1).expect("a path");
-        let path = &path[..path.find('"').expect("its end")];
-        assert_eq!(path.matches('M').count(), 2, "{path}");
-        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
-        let axis = Axis::over(Scale::Logarithmic, values.into_iter(), 0.0, [0.0, 4.0]);
-        assert!((axis.pixel(0.1) - 1.0).abs() < 1e-12);
-        assert!((axis.pixel(10.0) - 3.0).abs() < 1e-12);
-    }
-
-    #[test]
-    fn texts_are_escaped_and_flat_or_empty_series_still_draw() {
-        for values in [vec![], vec![f64::NAN; 3], vec![5.0; 10], vec![0.0; 10]] {
-            let drawn = chart(values).stand_alone();
-            assert!(drawn.contains("a &lt; b &amp; &quot;c&quot;"));
-            assert!(!drawn.contains("NaN") && !drawn.contains("inf"), "{drawn}");
-        }
-    }
-
     #[test]
     fn csv_leaves_missing_values_empty_and_quotes_commas() {
+        let chart = Chart {
+            x_label: "time [s]".into(),
+            x: vec![0.0, 1.0],
+            series: vec![Series::line("y, raw", vec![1.5, f64::NAN])],
+            ..Chart::default()
+        };
+        assert_eq!(chart.csv(), "time [s],\"y, raw\"\n0,1.5\n1,\n");
+    }
+
+    #[test]
+    fn csv_has_bands_and_abscissas_of_their_own() {
+        let band = Series::line("gain", vec![2.0]).within(vec![1.0], vec![3.0]);
+        let own = Series::line("poles", vec![0.1, 0.2]).over(vec![0.8, 0.9]);
+        let chart = Chart {
+            x_label: "re".into(),
+            x: vec![5.0],
+            series: vec![band, own],
+            ..Chart::default()
+        };
         assert_eq!(
-            chart(vec![1.5, f64::NAN]).csv(),
-            "time [s],\"y, raw\"\n0,1.5\n1,\n"
+            chart.csv(),
+            "re,gain,\"gain, low\",\"gain, high\",re of poles,poles\n5,2,1,3,0.8,0.1\n,,,,0.9,0.2\n"
         );
     }
 }

@@ -1,37 +1,23 @@
-//! The self-contained HTML page of a report: no script, no font, no network.
+//! The self-contained HTML page of a report: no font, no network, and whole without its script, which
+//! lets charts zoom.
 
 use std::fmt::Write as _;
 
-use super::chart::{Chart, STYLE};
+use super::draw::STYLE;
 use super::escape;
+use super::figure::Figure;
+use super::points;
 
-const PAGE_STYLE: &str = "\
-:root{color-scheme:light dark;--ink:#1d2733;--soft:#5b6675;--paper:#fff;--band:#f4f6f9;\
---rule:#dde3ea;--good:#0b7a55;--bad:#b3261e;--accent:#0b62a8}\
-@media(prefers-color-scheme:dark){:root{--ink:#e6ebf1;--soft:#9aa7b5;--paper:#12171d;\
---band:#1a2129;--rule:#2c3642;--good:#5fcaa0;--bad:#ff8a80;--accent:#6bb5f2}}\
-*{box-sizing:border-box}body{margin:0;background:var(--paper);color:var(--ink);\
-font:15px/1.55 system-ui,-apple-system,'Segoe UI',Roboto,sans-serif}\
-main{max-width:60rem;margin:0 auto;padding:2rem 1rem 4rem}\
-h1{font-size:1.7rem;line-height:1.2;margin:0 0 .3rem}h2{font-size:1.25rem;margin:2.6rem 0 .5rem;\
-padding-top:.6rem;border-top:1px solid var(--rule)}h3{font-size:1rem;margin:1.6rem 0 .3rem}\
-p{margin:.4rem 0 .8rem;max-width:46rem}.lead,.note,figcaption,footer{color:var(--soft)}\
-.note{font-size:.9rem}nav{margin:1rem 0 0;font-size:.95rem}nav a{margin-right:1rem}\
-a{color:var(--accent)}.scroll{overflow-x:auto}\
-table{border-collapse:collapse;font-variant-numeric:tabular-nums;font-size:.92rem;margin:.4rem 0}\
-th,td{padding:.25rem .7rem;text-align:right;white-space:nowrap}\
-th:first-child,td:first-child{text-align:left}thead th{border-bottom:2px solid var(--rule);\
-font-weight:600}tbody tr:nth-child(even){background:var(--band)}\
-.good{color:var(--good)}.bad{color:var(--bad)}figure{margin:1rem 0}figure svg{width:100%;\
-min-width:34rem;height:auto;display:block}.shade{background:color-mix(in srgb,var(--accent) \
-var(--share),transparent)}.facts{display:grid;grid-template-columns:repeat(auto-fit,\
-minmax(13rem,1fr));gap:.8rem;margin:1.2rem 0;padding:0;list-style:none}\
-.facts li{background:var(--band);border-radius:.5rem;padding:.7rem .9rem}\
-.facts b{display:block;font-size:1.35rem;font-variant-numeric:tabular-nums}\
-footer{margin-top:3rem;font-size:.85rem;border-top:1px solid var(--rule);padding-top:.8rem}\
-.prose td{white-space:normal;text-align:left;vertical-align:top;min-width:11rem}\
-.prose th{text-align:left}details{margin:.8rem 0}summary{cursor:pointer;font-weight:600}\
-@media print{nav{display:none}h2{break-after:avoid}figure,table{break-inside:avoid}}";
+const PAGE_STYLE: &str = include_str!("assets/page.css");
+const ZOOM_SCRIPT: &str = include_str!("assets/zoom.js");
+/// What a browser may load for the page: nothing that is not in it.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; \
+                      img-src data:";
+
+/// How charts zoom; the script shows it.
+const HINT: &str = "<p class=\"note script\" hidden>Charts: drag to zoom, double click to see all; \
+                    with the keyboard + and -, arrows and 0. Those over the same time move \
+                    together.</p>";
 
 /// How a cell is coloured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,6 +90,8 @@ pub struct Page {
     lead: String,
     sections: Vec<(String, String)>,
     body: String,
+    /// Whether there is a chart that zooms.
+    zooms: bool,
 }
 
 impl Page {
@@ -148,12 +136,17 @@ impl Page {
 
     /// A paragraph.
     pub fn paragraph(&mut self, text: &str) {
-        let _ = write!(self.body, "<p>{}</p>", escape(text));
+        let _ = write!(self.body, "<p>{}</p>", marked(text));
     }
 
     /// A paragraph in small print, for definitions.
     pub fn note(&mut self, text: &str) {
-        let _ = write!(self.body, "<p class=\"note\">{}</p>", escape(text));
+        let _ = write!(self.body, "<p class=\"note\">{}</p>", marked(text));
+    }
+
+    /// Text whose lines and spaces stay as they are.
+    pub fn preformatted(&mut self, text: &str) {
+        let _ = write!(self.body, "<pre>{}</pre>", escape(text));
     }
 
     /// What its reader may fold away.
@@ -207,15 +200,32 @@ impl Page {
     }
 
     /// A chart, with links to the files that hold it alone.
-    pub fn figure(&mut self, chart: &Chart, caption: &str) {
+    pub fn figure(&mut self, figure: &Figure) {
+        let Figure { chart, caption } = figure;
+        let id = escape(&chart.id);
         let _ = write!(
             self.body,
-            "<figure><div class=\"scroll\">{}</div><figcaption class=\"note\">{} (<a href=\"figures/{id}.svg\">SVG</a>, <a \
-             href=\"figures/{id}.csv\">CSV</a>)</figcaption></figure>",
+            "<figure id=\"figure_{id}\"><div class=\"scroll\">{}</div><figcaption \
+             class=\"note\">{}{} (<a href=\"figures/{id}.svg\">SVG</a>, <a \
+             href=\"figures/{id}.csv\">CSV</a>)</figcaption>",
             chart.inline(),
             escape(caption),
-            id = escape(&chart.id)
+            points::samples_a_bucket(chart).map_or_else(String::new, |samples| {
+                format!(
+                    " Drawn by the least and the greatest of every {samples} samples; the CSV has \
+                     all."
+                )
+            }),
         );
+        // Without its numbers a chart does not zoom, and is a chart all the same.
+        if let Ok(numbers) = points::json(chart) {
+            let _ = write!(
+                self.body,
+                "<script type=\"application/json\">{numbers}</script>"
+            );
+            self.zooms = true;
+        }
+        self.body.push_str("</figure>");
     }
 
     /// The finished document.
@@ -224,22 +234,47 @@ impl Page {
         for (id, title) in &self.sections {
             let _ = write!(nav, "<a href=\"#{}\">{}</a>", escape(id), escape(title));
         }
+        let (hint, script) = if self.zooms {
+            (HINT, format!("<script>{ZOOM_SCRIPT}</script>"))
+        } else {
+            ("", String::new())
+        };
         format!(
             "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta \
-             name=\"viewport\" content=\"width=device-width,initial-scale=1\"><title>{title}\
-             </title><link rel=\"icon\" href=\"data:,\"><style>{PAGE_STYLE}{STYLE}</style></head>\
+             name=\"viewport\" content=\"width=device-width,initial-scale=1\"><meta \
+             http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\"><title>{title}</title>\
+             <link rel=\"icon\" href=\"data:,\"><style>{PAGE_STYLE}{STYLE}</style></head>\
              <body><main><header><h1>{title}</h1><p class=\"lead\">{lead}</p><nav>{nav}</nav>\
-             </header>{body}<footer>{footer}</footer></main></body></html>\n",
+             {hint}</header>{body}<footer>{footer}</footer></main>{script}</body></html>\n",
             title = escape(&self.title),
-            lead = escape(&self.lead),
+            lead = marked(&self.lead),
             body = self.body,
             footer = escape(footer)
         )
     }
 }
 
+/// Text with names between backticks set as code.
+fn marked(text: &str) -> String {
+    let parts: Vec<&str> = text.split('`').collect();
+    // An odd backtick is one.
+    if parts.len().is_multiple_of(2) {
+        return escape(text);
+    }
+    let set = parts.iter().enumerate().map(|(place, part)| {
+        let part = escape(part);
+        if place % 2 == 1 {
+            format!("<code>{part}</code>")
+        } else {
+            part
+        }
+    });
+    set.collect()
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::chart::{Chart, Series};
     use super::*;
 
     #[test]
@@ -265,6 +300,39 @@ mod tests {
         assert!(html.contains("CSV: <a href=\"t/a.csv\">a</a>, <a href=\"t/b.csv\">b</a>.</p>"));
         for outside in ["http://", "https://", "<script", "url("] {
             assert!(!html.contains(outside), "{outside} leaves the page");
+        }
+    }
+
+    #[test]
+    fn names_between_backticks_are_code() {
+        assert_eq!(marked("of `a<b` and"), "of <code>a&lt;b</code> and");
+        assert_eq!(marked("a ` alone"), "a ` alone");
+    }
+
+    /// The only address in a page with charts is the name of SVG's elements, which nobody fetches.
+    #[test]
+    fn a_chart_brings_its_numbers_and_one_script() {
+        let chart = Chart {
+            id: "y".into(),
+            x: vec![0.0, 1.0],
+            series: vec![Series::line("a <b>", vec![1.0, 2.0])],
+            ..Chart::default()
+        };
+        let mut page = Page::new("A", "lead");
+        for _ in 0..2 {
+            page.figure(&Figure::new(chart.clone(), "caption"));
+        }
+        let html = page.finish("foot");
+        assert_eq!(
+            html.matches("<script type=\"application/json\">").count(),
+            2
+        );
+        assert_eq!(html.matches("<script>").count(), 1);
+        assert_eq!(html.matches("</script>").count(), 3);
+        assert!(html.contains("(<a href=\"figures/y.svg\">SVG</a>"));
+        let rest = html.replace("http://www.w3.org/2000/svg", "");
+        for outside in ["http://", "https://", "//cdn", "src=", "import("] {
+            assert!(!rest.contains(outside), "{outside} leaves the page");
         }
     }
 }

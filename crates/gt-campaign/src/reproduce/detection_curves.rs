@@ -2,10 +2,9 @@
 
 use gtfdi::plant::NoiseLevel;
 
-use super::figures::{Figure, series};
 use super::limits::Table10Row;
-use crate::report::Scale;
-use crate::report::chart::Chart;
+use crate::report::chart::{Chart, Series};
+use crate::report::{Figure, Scale};
 
 /// Points of a curve.
 const POINTS: u32 = 200;
@@ -42,7 +41,7 @@ pub(super) fn detection_curves(row: &Table10Row, smallest: [Option<&[f64]>; 3]) 
         let share = |size: &f64| {
             sizes.partition_point(|smallest| smallest <= size) as f64 / sizes.len().max(1) as f64
         };
-        series(name, x.iter().map(share).collect(), false)
+        Series::line(name, x.iter().map(share).collect())
     });
     let ambient = if row.ambient_varies { "_ambient" } else { "" };
     let varying = if row.ambient_varies {

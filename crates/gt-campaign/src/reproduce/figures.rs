@@ -1,35 +1,21 @@
 //! The figures: records, free runs, residuals with their thresholds.
 
 use gtfdi::fdi::{Bank, BankRun};
+use gtfdi::ident::parameter_covariance;
 
 use super::cogeneration::{FUEL_FALLS_S, FUEL_HELD_S};
 use super::models::Identified;
 use super::records::{CASES, LOAD_REDUCTIONS, ONSET_S, Record, Records};
 use crate::error::{CampaignError, During as _};
 use crate::paper;
+use crate::report::Figure;
 use crate::report::chart::{Chart, Mark, Series};
-
-/// A chart with the sentence beneath it.
-#[derive(Debug, Clone)]
-pub struct Figure {
-    /// The drawing.
-    pub chart: Chart,
-    /// What it shows.
-    pub caption: String,
-}
+use crate::reports::{Certainty, pole_figures, response_figures};
 
 fn times(record: &Record) -> Vec<f64> {
     (0..record.run.measured.len())
         .map(|k| record.run.measured.time_s(k))
         .collect()
-}
-
-pub(super) fn series(label: &str, values: Vec<f64>, dashed: bool) -> Series {
-    Series {
-        label: label.to_owned(),
-        values,
-        dashed,
-    }
 }
 
 /// Inputs and watched outputs of the identification record (figures 9 and 10 of the paper).
@@ -47,11 +33,7 @@ pub fn record_figures(records: &Records) -> Result<Vec<Figure>, CampaignError> {
                 x_label: "time [s]".into(),
                 y_label: format!("{} [{}]", signal.name, signal.unit),
                 x: times(record),
-                series: vec![series(
-                    &signal.name,
-                    values.iter().copied().collect(),
-                    false,
-                )],
+                series: vec![Series::line(&signal.name, values.iter().copied().collect())],
                 ..Chart::default()
             },
             caption: format!("{} of the identification record.", signal.name),
@@ -83,8 +65,8 @@ pub fn free_run_figures(
                     y_label: format!("{tag} [{unit}]"),
                     x: times(record),
                     series: vec![
-                        series("plant", data.y().iter().copied().collect(), false),
-                        series("free run", run.y.iter().copied().collect(), true),
+                        Series::line("plant", data.y().iter().copied().collect()),
+                        Series::dashed("free run", run.y.iter().copied().collect()),
                     ],
                     ..Chart::default()
                 },
@@ -92,6 +74,26 @@ pub fn free_run_figures(
             })
         })
         .collect()
+}
+
+/// Poles, zeros and frequency responses of each model, with the errors that the identification
+/// record gives them.
+pub fn model_figures(
+    models: &[Identified],
+    records: &Records,
+) -> Result<Vec<Figure>, CampaignError> {
+    let record = &records.identification[0];
+    let mut figures = Vec::new();
+    for identified in models {
+        let (tag, model) = (identified.monitored.tag, &identified.model);
+        let what = format!("poles and responses of {tag}");
+        let data = record.select(&[tag])?;
+        let covariances = parameter_covariance(model, &data).during(&what)?;
+        let certainty = Certainty::of(model, Some(&covariances));
+        figures.extend(pole_figures(model, &certainty).during(&what)?);
+        figures.extend(response_figures(model, &certainty).during(&what)?);
+    }
+    Ok(figures)
 }
 
 /// The residual that the paper watches for each case, healthy and faulty, with its threshold
@@ -141,8 +143,8 @@ pub fn residual_figures(
                     y_label: format!("residual [{unit}]"),
                     x: times(record),
                     series: vec![
-                        series("with fault", judged(run), false),
-                        series("healthy test record", judged(healthy), false),
+                        Series::line("with fault", judged(run)),
+                        Series::line("healthy test record", judged(healthy)),
                     ],
                     limits: vec![-limit, limit],
                     marks,
@@ -183,12 +185,12 @@ fn load_reduction_figure(record: &Record, profile: &str, name: &str, what: &str)
         unit => (unit, 1.0),
     };
     let scaled = |values: Vec<f64>| values.iter().map(|value| value * scale).collect();
-    let mut curves = vec![series(name, scaled(values), false)];
+    let mut curves = vec![Series::line(name, scaled(values))];
     let mut limits = vec![];
     let mut caption = format!("{name}, {what}, {}.", profile.replace('_', " "));
     if name == "T_ot" {
         let (_, gas) = record.signal("t7")?;
-        curves.push(series("t7 (gas)", gas, true));
+        curves.push(Series::dashed("t7 (gas)", gas));
         // Far from the set point the line would only flatten the curves.
         if profile == "load_reduction_igv" {
             let set_point_k = record.plan.scenario.parameters().guide_vanes.set_point_k;

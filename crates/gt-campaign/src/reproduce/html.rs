@@ -113,6 +113,15 @@ impl Reproduction {
             page.note(&seeds.definition);
         }
         self.figures_of(page, "free_run_");
+        page.fold("Poles, zeros and frequency responses", false, |page| {
+            page.note(
+                "With what the identification record says of their errors, to first order: ellipses \
+                 and bands hold the truth with probability .95, if the one-step errors are white.",
+            );
+            for kind in ["poles_", "gain_", "phase_"] {
+                self.figures_of(page, kind);
+            }
+        });
     }
 
     /// Table 9.
@@ -256,7 +265,7 @@ impl Reproduction {
             .iter()
             .filter(|figure| figure.chart.id.starts_with(prefix))
         {
-            page.figure(&figure.chart, &figure.caption);
+            page.figure(figure);
         }
     }
 }

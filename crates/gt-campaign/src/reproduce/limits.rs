@@ -8,7 +8,6 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::detection_curves::{LEVELS, detection_curves};
-use super::figures::Figure;
 use crate::error::{CampaignError, During as _};
 use crate::isolation::{
     Ambient, DetectionLimit, LimitSearch, NamingStudy, NamingSummary, PaperScheme, Preparation,
@@ -16,6 +15,7 @@ use crate::isolation::{
 };
 use crate::paper;
 use crate::progress::Progress;
+use crate::report::Figure;
 
 /// Time constant of the rotor alone, in seconds, which case 4's percent is of.
 const ROTOR_S: f64 = 3.19;

@@ -31,8 +31,8 @@ use self::signatures::Residual;
 use self::tables::{SCHEMA_VERSION, Tables};
 use crate::error::{CampaignError, During as _};
 use crate::progress::Progress;
+use crate::report::Figure;
 
-pub use figures::Figure;
 pub use limits::Depth;
 
 /// A finished reproduction: the numbers, and what is needed to write them down.
@@ -138,6 +138,7 @@ pub fn reproduce(
     };
     let mut figures = figures::record_figures(paper_records)?;
     figures.extend(figures::free_run_figures(paper_models, paper_records)?);
+    figures.extend(figures::model_figures(paper_models, paper_records)?);
     figures.extend(figures::residual_figures(
         &bank,
         paper_records,

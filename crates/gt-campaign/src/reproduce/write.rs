@@ -79,9 +79,7 @@ impl Reproduction {
         }
         write_json(&models.join("bank.json"), &self.bank)?;
         for figure in &self.figures {
-            let name = |extension: &str| figures.join(format!("{}.{extension}", figure.chart.id));
-            write_atomically(&name("svg"), figure.chart.stand_alone().as_bytes())?;
-            write_atomically(&name("csv"), figure.chart.csv().as_bytes())?;
+            figure.write(&figures)?;
         }
         let tables = make("tables")?;
         for (map_set, effects) in &self.tables.fault_effects {

@@ -43,6 +43,9 @@ pub struct DetectArgs {
     /// A log of residuals, thresholds and alarms to write
     #[arg(long, env = "GTFDI_OUT", value_name = "VERDICTS.mcap")]
     pub out: Option<PathBuf>,
+    /// A folder to write a report into: index.html and its figures as SVG and CSV
+    #[arg(long, env = "GTFDI_REPORT", value_name = "FOLDER")]
+    pub report: Option<PathBuf>,
 }
 
 impl VerbOptions for DetectArgs {}

@@ -22,6 +22,17 @@ pub enum Method {
     Eiv,
 }
 
+impl Method {
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Arx => "arx",
+            Self::Frisch => "frisch",
+            Self::Eiv => "eiv",
+        }
+    }
+}
+
 /// How the Frisch scheme chooses among the admissible noise variances.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -194,6 +205,9 @@ pub struct IdentifyArgs {
     /// The model file to write
     #[arg(long, env = "GTFDI_OUT", value_name = "MODEL.json")]
     pub out: Option<PathBuf>,
+    /// A folder to write a report into: index.html and its figures as SVG and CSV
+    #[arg(long, env = "GTFDI_REPORT", value_name = "FOLDER")]
+    pub report: Option<PathBuf>,
 }
 
 impl VerbOptions for IdentifyArgs {

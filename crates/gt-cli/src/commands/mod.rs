@@ -11,6 +11,7 @@ pub mod identify;
 pub mod log;
 pub mod model;
 mod noise;
+mod report_folder;
 pub mod reproduce;
 pub mod serve;
 pub mod shell;

@@ -2,6 +2,7 @@
 
 use gt_campaign::{Depth, Reproduction, reproduce};
 
+use super::report_folder::check_folder;
 use crate::Outcome;
 use crate::cli::{GlobalArgs, ReproduceArgs};
 use crate::config::layered;
@@ -17,12 +18,7 @@ pub fn run(args: &ReproduceArgs, global: &GlobalArgs) -> Result<Outcome, Failure
     let out = args
         .out
         .ok_or_else(|| Failure::missing("--out", "--out out"))?;
-    if out.exists() && !out.is_dir() {
-        return Err(Failure::failed(format!(
-            "{}: expected a folder, found a file",
-            out.display()
-        )));
-    }
+    check_folder(&out)?;
     let progress = Shown::new(global.progress);
     let depth = if args.full == Some(true) {
         Depth::Full

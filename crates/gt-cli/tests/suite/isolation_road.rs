@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 use serde_json::Value;
 
 use crate::place::{Place, array, number};
+use crate::report_page;
 use crate::signal::{Noise, csv};
 
 const SAMPLE_TIME_S: f64 = 0.1;
@@ -139,6 +140,8 @@ fn detect_names_sizes_and_dates_faults_and_logs_its_diagnoses() {
             "isolator.json",
             "--out",
             "said.mcap",
+            "--report",
+            "said",
         ];
         let report = place().json(&[&args[..], &TIME].concat());
         let alarm = &array(&report, "/alarms")[0];
@@ -158,6 +161,8 @@ fn detect_names_sizes_and_dates_faults_and_logs_its_diagnoses() {
         };
         assert!(onset(0) <= ONSET_S && ONSET_S <= onset(1), "{alarm}");
         assert!(number(alarm, "/time_s") > ONSET_S);
+        let html = report_page::page(place(), "said");
+        assert!(html.contains(&format!("1. {fault}: from ")), "{fault}");
         let info = place().json(&["log", "info", "said.mcap"]);
         let topics = array(&info, "/topics").iter();
         let topics: Vec<&str> = topics.filter_map(|topic| topic["topic"].as_str()).collect();

@@ -30,6 +30,7 @@ mod output_file;
 mod place;
 mod public_road;
 mod records;
+mod report_page;
 mod road;
 mod scenario;
 mod serve;

@@ -17,6 +17,7 @@ import traceback
 from pathlib import Path
 
 sys.dont_write_bytecode = True
+sys.path.append(str(Path(__file__).resolve().parents[4] / "tests" / "browser"))
 
 import anywhere
 import modules

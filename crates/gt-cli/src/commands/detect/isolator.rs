@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
+use gt_campaign::reports::isolation_report;
 use gt_log::{Imported, Resampled, RunMetadata, write_diagnoses};
 use gtfdi::fdi::{IsolationRun, Isolator, MeanTime, NamedAlarm, NamedHypothesis, StatisticKind};
 use serde::Serialize;
 
+use crate::cli::DetectArgs;
 use crate::commands::SCHEMA_VERSION;
+use crate::commands::report_folder::{provenance, write_report};
 use crate::failure::Failure;
 use crate::output::{number, table};
 
@@ -55,6 +58,8 @@ pub struct Report<'a> {
     resampled: Option<&'a Resampled>,
     warnings: Vec<String>,
     out: Option<&'a Path>,
+    /// The folder of the report.
+    report: Option<&'a Path>,
 }
 
 /// Runs an isolator over a record, and writes the log where one is asked for.
@@ -63,7 +68,7 @@ pub fn detect<'a>(
     path: &Path,
     imported: &'a Imported,
     mut warnings: Vec<String>,
-    out: Option<&'a Path>,
+    args: &'a DetectArgs,
 ) -> Result<Report<'a>, Failure> {
     let data = &imported.dataset;
     let run = isolator
@@ -74,7 +79,7 @@ pub fn detect<'a>(
         crate::output::complain(&format!("warning: {}: {warning}", path.display()));
         warnings.push(warning);
     }
-    if let Some(out) = out {
+    if let Some(out) = &args.out {
         let metadata = RunMetadata {
             config_toml: super::reading_toml(imported)?,
             data_sha256: Some(imported.sha256.clone()),
@@ -84,6 +89,11 @@ pub fn detect<'a>(
         };
         write_diagnoses(out, isolator, data, &metadata).map_err(Failure::failed)?;
     }
+    write_report(args.report.as_ref(), || {
+        let files = super::sources(path, imported, args);
+        let source = provenance(files, "detect", args, &warnings)?;
+        isolation_report(isolator, data, &source).map_err(|error| Failure::in_file(path, error))
+    })?;
     Ok(Report {
         schema_version: SCHEMA_VERSION,
         samples: data.len(),
@@ -101,7 +111,8 @@ pub fn detect<'a>(
         input_sha256: &imported.sha256,
         resampled: imported.resampled.as_ref(),
         warnings,
-        out,
+        out: args.out.as_deref(),
+        report: args.report.as_deref(),
     })
 }
 

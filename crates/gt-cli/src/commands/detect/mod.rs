@@ -4,11 +4,13 @@ mod isolator;
 
 use std::path::Path;
 
+use gt_campaign::reports::detection_report;
 use gt_log::{DetectorFile, Imported, Resampled, RunMetadata, write_verdicts};
 use gtfdi::fdi::{Alarm, Bank, FalseAlarmRate, MeanTime, StatisticKind};
 use serde::Serialize;
 
 use super::SCHEMA_VERSION;
+use super::report_folder::{check_folder, provenance, write_report};
 use crate::Outcome;
 use crate::cli::{DetectArgs, FailOn, GlobalArgs};
 use crate::config::layered;
@@ -58,6 +60,8 @@ struct Report<'a> {
     resampled: Option<&'a Resampled>,
     warnings: Vec<String>,
     out: Option<&'a Path>,
+    /// The folder of the report.
+    report: Option<&'a Path>,
 }
 
 /// Runs the verb.
@@ -76,16 +80,18 @@ pub fn run(args: &DetectArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     if let Some(out) = &args.out {
         check_out(out, &[path, bank_path])?;
     }
+    if let Some(folder) = &args.report {
+        check_folder(folder)?;
+    }
     let rows = args.rows.as_ref().map(|rows| rows.0.clone());
     let detector = DetectorFile::read(bank_path).map_err(Failure::input)?;
     let wanted = selection(detector.inputs(), detector.outputs(), &args.reading, rows)?;
     let read = read_for(path, &wanted, bank_path, detector.sample_time_s())?;
     let found = match detector {
-        DetectorFile::Bank(bank) => detect(&bank, path, read, args.out.as_deref(), global)?,
+        DetectorFile::Bank(bank) => detect(&bank, path, read, &args, global)?,
         DetectorFile::Isolator(isolator) => {
             let Read { imported, warnings } = read;
-            let out = args.out.as_deref();
-            let report = isolator::detect(&isolator, path, &imported, warnings, out)?;
+            let report = isolator::detect(&isolator, path, &imported, warnings, &args)?;
             if global.json {
                 print_json(&report)?;
             } else {
@@ -102,7 +108,7 @@ fn detect(
     bank: &Bank,
     path: &Path,
     read: Read,
-    out: Option<&Path>,
+    args: &DetectArgs,
     global: &GlobalArgs,
 ) -> Result<bool, Failure> {
     let Read {
@@ -120,7 +126,7 @@ fn detect(
             warnings.push(warning);
         }
     }
-    if let Some(out) = out {
+    if let Some(out) = &args.out {
         let metadata = RunMetadata {
             config_toml: reading_toml(&imported)?,
             data_sha256: Some(imported.sha256.clone()),
@@ -130,6 +136,10 @@ fn detect(
         };
         write_verdicts(out, bank, data, &run, &metadata).map_err(Failure::failed)?;
     }
+    write_report(args.report.as_ref(), || {
+        let source = provenance(sources(path, &imported, args), "detect", args, &warnings)?;
+        Ok(detection_report(bank, data, &run, &source))
+    })?;
     let report = Report {
         schema_version: SCHEMA_VERSION,
         samples: data.len(),
@@ -159,7 +169,8 @@ fn detect(
         input_sha256: &imported.sha256,
         resampled: imported.resampled.as_ref(),
         warnings,
-        out,
+        out: args.out.as_deref(),
+        report: args.report.as_deref(),
     };
     if global.json {
         print_json(&report)?;
@@ -167,6 +178,16 @@ fn detect(
         print(&text(&report))?;
     }
     Ok(!run.alarms.is_empty())
+}
+
+/// The files behind a detection: the record, and the detector, whose digest nobody took.
+fn sources<'a>(
+    path: &'a Path,
+    imported: &'a Imported,
+    args: &'a DetectArgs,
+) -> impl Iterator<Item = (&'a Path, Option<&'a str>)> {
+    let detector = args.bank.iter().map(|bank| (bank.as_path(), None));
+    std::iter::once((path, Some(imported.sha256.as_str()))).chain(detector)
 }
 
 /// What a log says of how its record was read: what resampling did.

@@ -56,6 +56,7 @@ pub fn identify(
     })?;
     Ok(Identified {
         model: Model::Eiv(kind, found.model),
+        covariances: None,
         orders: found.orders.map(Orders::Eiv),
         constrained: None,
         refined: None,

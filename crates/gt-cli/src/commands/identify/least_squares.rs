@@ -1,6 +1,6 @@
 //! Least squares: the inputs are exact.
 
-use gtfdi::ident::{Arx, ArxModel, ArxStructure, EquationErrors, IdentError, Solver};
+use gtfdi::ident::{Arx, ArxFit, ArxStructure, EquationErrors, IdentError, Solver};
 
 use super::centre::centre;
 use super::constraints::Constraints;
@@ -22,22 +22,30 @@ pub fn identify(args: &IdentifyArgs, records: &Records) -> Result<Identified, Fa
         orders,
         warnings,
     } = choose(args, diagonal.then_some(Structure::Diag), records)?;
+    let mut covariances = None;
     let (model, constrained) = match &constraints {
         Some(constraints) => {
             let fit = constraints.fit(structure, records)?;
             (fit.model, Some(fit.rows))
         }
-        None => (plain(args, structure, records)?, None),
+        None => {
+            let fit = plain(args, structure, records)?;
+            covariances = Some(fit.covariance);
+            (fit.model, None)
+        }
     };
     let (model, refined) = match args.refine {
         Some(_) => {
             let refined = refine(&model, args, records)?;
+            // A refined model has other coefficients, with errors that nobody computes.
+            covariances = None;
             (refined.model, Some(refined.outputs))
         }
         None => (model, None),
     };
     Ok(Identified {
         model: Model::Arx(model),
+        covariances,
         orders: orders.map(Orders::Arx),
         constrained,
         refined,
@@ -50,7 +58,7 @@ fn plain(
     args: &IdentifyArgs,
     structure: ArxStructure,
     records: &Records,
-) -> Result<ArxModel, Failure> {
+) -> Result<ArxFit, Failure> {
     let mut arx = Arx::new(structure);
     if let (Some(text), Some(data)) = (&args.centre, records.longest()) {
         arx = arx.centre(centre(text, data.inputs(), data.outputs())?);
@@ -64,7 +72,7 @@ fn plain(
     if args.solver == Some(LeastSquaresSolver::Automatic) {
         arx = arx.solver(Solver::Automatic);
     }
-    arx.fit_records(&records.train())
+    arx.fit_in_full(&records.train())
         .map_err(|error| match error {
             IdentError::Ridge { found } => Failure::input(format!(
                 "--ridge: expected a finite number of at least 0, found {found}"

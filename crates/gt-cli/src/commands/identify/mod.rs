@@ -12,18 +12,22 @@ mod refinement;
 mod report;
 mod structure;
 
+use gt_campaign::reports::{ModelReport, model_report};
 use gt_log::{LogError, ModelFile, ModelKind, write_json};
 use gtfdi::core::Dataset;
 use gtfdi::ident::constrained::ConstrainedRow;
 use gtfdi::ident::eiv::EivModel;
 use gtfdi::ident::output_error::RefinedOutput;
-use gtfdi::ident::{ArxModel, Start, ValidationOptions, validate_records};
+use gtfdi::ident::{ArxModel, Start, Validation, ValidationOptions, validate_records};
+use nalgebra::DMatrix;
 
 use self::orders::{Orders, check_plot};
 use self::records::{Records, Source};
 use self::report::{Report, output_reports, standard_errors, text};
 use super::SCHEMA_VERSION;
+use super::finding::residual_findings;
 use super::noise::{noise_reports, noise_variances};
+use super::report_folder::{check_folder, provenance, write_report};
 use crate::Outcome;
 use crate::cli::{GlobalArgs, IdentifyArgs, Method};
 use crate::config::layered;
@@ -33,6 +37,8 @@ use crate::output::{complain, print, print_json};
 /// What a method found.
 struct Identified {
     model: Model,
+    /// Covariances of the coefficients of each row, where they are those of least squares.
+    covariances: Option<Vec<DMatrix<f64>>>,
     orders: Option<Orders>,
     constrained: Option<Vec<ConstrainedRow>>,
     refined: Option<Vec<RefinedOutput>>,
@@ -74,14 +80,17 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
     let Some(args) = layered("identify", args, global)? else {
         return Ok(Outcome::Done);
     };
+    if let Some(folder) = &args.report {
+        check_folder(folder)?;
+    }
     if let Some(path) = &args.plot {
         check_plot(path, args.order.as_deref())?;
     }
     let mut records = Records::read(&args)?;
     let method = args.method.unwrap_or(Method::Arx);
-    let identified = fit(method, &args, &records)?;
+    let mut identified = fit(method, &args, &records)?;
     let mut warnings = std::mem::take(&mut records.warnings);
-    for warning in identified.warnings {
+    for warning in std::mem::take(&mut identified.warnings) {
         complain(&format!("warning: {}: {warning}", records.name()));
         warnings.push(warning);
     }
@@ -96,7 +105,8 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         start,
         residual_tests: start == Start::Measured,
     };
-    let scores = validate_records(model, &records.validation(), options)
+    let validation = records.validation();
+    let scores = validate_records(model, &validation, options)
         .map_err(|error| records.refused_validation(&error))?;
     if let (Some(path), Some(orders)) = (&args.plot, &identified.orders) {
         orders.plot(path)?;
@@ -111,6 +121,13 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         let file = identified.model.file(input_sha256);
         write_json(out, &file.map_err(Failure::failed)?).map_err(Failure::failed)?;
     }
+    write_report(args.report.as_ref(), || {
+        let files = records.sources.iter().chain(&records.holdout);
+        let files = files.map(|own| (own.data.as_path(), Some(own.input_sha256.as_str())));
+        let source = provenance(files, "identify", &args, &warnings)?;
+        let page = page(&identified, method, &records, &validation, &scores, start);
+        Ok(model_report(&page, &source))
+    })?;
     let spectral_radius = model
         .state_space()
         .ok()
@@ -147,6 +164,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         warnings,
         plot: args.plot.as_deref(),
         out: args.out.as_deref(),
+        report: args.report.as_deref(),
     };
     if global.json {
         print_json(&report)?;
@@ -155,6 +173,33 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         print(&text(&report, records.samples(), validated))?;
     }
     Ok(Outcome::Done)
+}
+
+/// What the report shows.
+fn page<'a>(
+    identified: &'a Identified,
+    method: Method,
+    records: &Records,
+    validation: &'a [&'a Dataset],
+    scores: &'a Validation,
+    start: Start,
+) -> ModelReport<'a> {
+    let findings = scores.residuals.as_ref().map_or_else(Vec::new, |verdict| {
+        let findings = residual_findings(verdict).into_iter();
+        findings.map(|finding| finding.line()).collect()
+    });
+    ModelReport {
+        model: identified.model.relation(),
+        method: method.name(),
+        noise: identified.model.eiv(),
+        covariances: identified.covariances.as_deref(),
+        train_samples: records.samples(),
+        validation,
+        scores,
+        start,
+        orders: identified.orders.as_ref().map(Orders::shown),
+        findings,
+    }
 }
 
 /// Fits the model by the method.

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
+use gt_campaign::report::Figure;
 use gt_campaign::report::chart::{Chart, Mark, Series};
+use gt_campaign::reports;
 use gt_log::write_atomically;
 use gtfdi::ident::eiv::EivOrderTable;
 use gtfdi::ident::{CONDITION_LIMIT, OrderTable};
@@ -101,46 +103,66 @@ impl Orders {
 
     /// The criteria as a table.
     pub fn text(&self) -> String {
-        let (head, rows): (&[&str], Vec<_>) = match self {
+        let (head, rows) = self.cells();
+        table(head, &rows)
+    }
+
+    fn cells(&self) -> (&'static [&'static str], Vec<Vec<String>>) {
+        match self {
             Self::Arx(orders) => (
                 &["order", "parameters", "AIC", "MDL", "FPE", "PPCRE %"],
                 arx_rows(orders),
             ),
             Self::Eiv(orders) => (&["order", "parameters", "AIC", "BIC"], eiv_rows(orders)),
-        };
-        table(head, &rows)
+        }
     }
 
     /// Writes the criteria as a chart.
     pub fn plot(&self, path: &Path) -> Result<(), Failure> {
+        let chart = self.chart();
+        write_atomically(path, chart.stand_alone().as_bytes()).map_err(Failure::failed)
+    }
+
+    /// The comparison as a report shows it.
+    pub fn shown(&self) -> reports::Orders {
+        let (head, rows) = self.cells();
+        reports::Orders {
+            figure: Figure::new(
+                self.chart(),
+                "Criteria over the order: the lower the better.",
+            ),
+            head: head.iter().map(|&own| own.to_owned()).collect(),
+            rows,
+            reason: self.reason(),
+        }
+    }
+
+    fn chart(&self) -> Chart {
         let [criterion, legend] = self.criterion();
         let points: Vec<Point> = self.points();
-        let series = |label: &str, value: fn(&Point) -> f64, dashed: bool| Series {
-            label: label.to_owned(),
-            // An order that cannot be fitted is a gap.
-            values: points
+        // An order that cannot be fitted is a gap.
+        let values = |value: fn(&Point) -> f64| -> Vec<f64> {
+            points
                 .iter()
                 .map(|point| if point.usable { value(point) } else { f64::NAN })
-                .collect(),
-            dashed,
+                .collect()
         };
-        let chart = Chart {
+        Chart {
             id: "orders".to_owned(),
             title: format!("Order {} chosen by {criterion}", self.best()),
             x_label: "order".to_owned(),
             y_label: "criterion".to_owned(),
             x: points.iter().map(|point| point.order as f64).collect(),
             series: vec![
-                series(legend, |point| point.chooses, false),
-                series("AIC", |point| point.generous, true),
+                Series::line(legend, values(|point| point.chooses)),
+                Series::dashed("AIC", values(|point| point.generous)),
             ],
             marks: vec![Mark {
                 at: self.best() as f64,
                 label: format!("order {}", self.best()),
             }],
             ..Chart::default()
-        };
-        write_atomically(path, chart.stand_alone().as_bytes()).map_err(Failure::failed)
+        }
     }
 }
 

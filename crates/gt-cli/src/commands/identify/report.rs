@@ -60,6 +60,8 @@ pub struct Report<'a> {
     pub warnings: Vec<String>,
     pub plot: Option<&'a Path>,
     pub out: Option<&'a Path>,
+    /// The folder of the report.
+    pub report: Option<&'a Path>,
 }
 
 /// An output's equation and its errors.

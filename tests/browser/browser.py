@@ -1,4 +1,4 @@
-"""Headless Chromium for the tests of the page: everything it logs and asks for is kept."""
+"""Headless Chromium for the tests of pages: everything it logs and asks for is kept."""
 
 import base64
 import json
@@ -62,6 +62,15 @@ class Browser:
 
     def one(self, selector):
         return self.driver.find_element(By.CSS_SELECTOR, selector)
+
+    def whole(self, file):
+        """All of the page, as a PNG, at the width that it has."""
+        size = self.driver.execute_cdp_cmd("Page.getLayoutMetrics", {})["cssContentSize"]
+        clip = {"x": 0, "y": 0, "width": size["width"], "height": min(size["height"], 12000), "scale": 1}
+        shot = self.driver.execute_cdp_cmd(
+            "Page.captureScreenshot", {"format": "png", "captureBeyondViewport": True, "clip": clip}
+        )
+        file.write_bytes(base64.b64decode(shot["data"]))
 
     def click(self, element):
         """A click in the middle of the window, where nothing lies over it."""
