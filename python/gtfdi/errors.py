@@ -55,3 +55,7 @@ class PlantError(GtfdiError, ValueError):
 
 class LogError(GtfdiError):
     """A file cannot be read or written."""
+
+
+class PickleError(GtfdiError, ValueError):
+    """A pickle is of another version of this package, or its bytes are broken."""

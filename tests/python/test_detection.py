@@ -110,7 +110,7 @@ def test_a_step_fault_is_found_at_its_onset_and_not_before(bank, records):
     assert bank.detect(data).alarms == []
     onset = 700
     (report,) = bank.detectors
-    y = data.y
+    y = data.y.copy()
     y[onset:] += 10.0 * report["limit"]
     faulty = gtfdi.Dataset(data.u, y, 0.08, INPUTS, OUTPUTS)
     detection = bank.detect(faulty)
@@ -151,7 +151,7 @@ def test_design_counts_its_false_alarms(bank, model, records):
 
 def test_online_steps_are_the_batch_bit_for_bit(bank, records):
     data = records[3].select(INPUTS, OUTPUTS)
-    u, y, times = data.u, data.y.copy(), data.time_s
+    u, y, times = data.u.copy(), data.y.copy(), data.time_s
     y[300] = np.nan
     u[500, 1] = np.nan
     y[900:] += 5.0 * bank.detectors[0]["limit"]

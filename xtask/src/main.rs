@@ -119,6 +119,11 @@ fn test_python() -> Result<(), String> {
     if pip(&["--only-binary", ":all:", "pyarrow", "duckdb"]).is_err() {
         println!("no pyarrow and duckdb: Parquet is not compared with what they read and write");
     }
+    for extra in ["control", "pandas", "polars", "scipy"] {
+        if pip(&["--only-binary", ":all:", extra]).is_err() {
+            println!("no {extra}: what is exchanged with it is not tested");
+        }
+    }
     // Away from the sources, so that the installed package is what the tests import.
     let mut tests = Command::new(&python);
     if let Some(binary) = binary(&root) {

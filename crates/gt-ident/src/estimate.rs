@@ -1,12 +1,12 @@
 //! A number with its standard error.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::distributions::normal_quantile;
 
 /// An estimate with the standard error that the covariance of the coefficients gives it to first
 /// order (Gauss approximation, the delta method).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The estimate.
     pub value: f64,

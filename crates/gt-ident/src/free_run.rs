@@ -12,7 +12,7 @@ use crate::{ArxModel, Channel, IdentError, Term};
 pub const DIVERGENCE_FACTOR: f64 = 1e6;
 
 /// The outputs of a model that sees only the inputs.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FreeRun {
     /// Outputs in the record's units (`ny x N`); the first `max_lag` columns are those of the
     /// [`Start`], and an output that diverged is NaN from there on.

@@ -1,13 +1,14 @@
 //! The frequency response of an ARX model with confidence bands.
 
 use nalgebra::{Complex, DMatrix};
+use serde::{Deserialize, Serialize};
 
 use crate::parameter_covariance::check_covariances;
 use crate::transfer::{Transfer, standard_error};
 use crate::{ArxModel, Estimate, IdentError};
 
 /// The response at one frequency.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrequencyPoint {
     /// The frequency in Hz.
     pub frequency_hz: f64,

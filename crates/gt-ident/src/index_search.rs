@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
 use gt_core::Dataset;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::factor::{RowFit, WindowFactor};
 use crate::order::Criteria;
@@ -14,7 +14,7 @@ use crate::{ArxStructure, IdentError, Regressor, generic_indices};
 pub const INDEX_SET_LIMIT: usize = 5000;
 
 /// One set of indices of an [`IndexTable`]. The criteria are those of [`crate::OrderRow`].
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IndexRow {
     /// `v_i`, one per output.
     pub indices: Vec<usize>,
@@ -34,7 +34,7 @@ pub struct IndexRow {
 }
 
 /// The criteria of several index sets, all on the same window.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IndexTable {
     /// Rows of the window.
     pub window_rows: usize,

@@ -66,7 +66,7 @@ impl OrderKind {
 /// AIC `= T ln det S + 2 d`, MDL `= T ln det S + d ln T`,
 /// FPE `= det S ((T + d/m) / (T - d/m))^m`, which for one output is Akaike's final prediction
 /// error and for several its multivariate form (Luetkepohl 2005, eq. 4.3.2).
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OrderRow {
     /// The order: lags for diagonal and full structures, the sum of the indices for canonical.
     pub order: usize,
@@ -92,7 +92,7 @@ pub struct OrderRow {
 }
 
 /// The criteria of several orders, all on the same window.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OrderTable {
     /// Rows of the window: the samples from the longest lag of the highest order on.
     pub window_rows: usize,

@@ -2,6 +2,7 @@
 
 use gt_core::{OperatingPoint, Signal, StateSpace};
 use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
 
 use crate::structure::shared_index;
 use crate::{ArxModel, ArxStructure, CanonicalForm, Channel, IdentError, Term};
@@ -15,7 +16,7 @@ pub const STATE_LIMIT: usize = 5000;
 
 /// The realisation of one row of an ARX model: a single output, driven by the model's inputs and
 /// by the other outputs that the row uses, as measured inputs.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OutputModel {
     /// The observable canonical form of the row; its inputs are those of the model followed by
     /// the other outputs in use.

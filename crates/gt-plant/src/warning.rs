@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::PlantParameters;
 use crate::components::governor::FuelLimit;
@@ -13,7 +13,7 @@ use crate::state::State;
 use crate::variant::Variant;
 
 /// When something was seen.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Seen {
     /// Time of the first such sample, s.
     pub first_s: f64,
@@ -22,7 +22,7 @@ pub struct Seen {
 }
 
 /// A remark on a run that is no error.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Warning {
     /// The fuel demand was at its lower limit.

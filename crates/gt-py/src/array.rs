@@ -72,26 +72,93 @@ fn slice<'a>(array: &'a PyReadonlyArrayDyn<'_, f64>, what: &str) -> Result<&'a [
     })
 }
 
-/// Samples `(N, channels)`, or `(N,)` for one channel, as a `channels x N` matrix.
-pub fn samples(value: &Bound<'_, PyAny>, what: &str) -> Result<DMatrix<f64>, Failure> {
-    let array = doubles(value, what)?;
-    let (count, channels) = match *array.shape() {
-        [count] => (count, 1),
-        [count, channels] => (count, channels),
-        _ => {
-            let found = array.ndim();
-            DimensionError::check(
-                &format!("dimensions of {what} (samples, channels)"),
-                2,
-                found,
-            )?;
-            (0, 0)
-        }
-    };
+/// Samples `(N, channels)`, or `(N,)` for one channel: the memory of the argument itself where that
+/// is a C-contiguous array of doubles.
+pub struct Samples<'py> {
+    array: PyReadonlyArrayDyn<'py, f64>,
+    what: &'static str,
+    count: usize,
+    channels: usize,
+}
+
+impl<'py> Samples<'py> {
+    /// Reads an argument.
+    pub fn new(value: &Bound<'py, PyAny>, what: &'static str) -> Result<Self, Failure> {
+        let array = doubles(value, what)?;
+        let (count, channels) = match *array.shape() {
+            [count] => (count, 1),
+            [count, channels] => (count, channels),
+            _ => {
+                let found = array.ndim();
+                DimensionError::check(
+                    &format!("dimensions of {what} (samples, channels)"),
+                    2,
+                    found,
+                )?;
+                (0, 0)
+            }
+        };
+        Ok(Self {
+            array,
+            what,
+            count,
+            channels,
+        })
+    }
+
+    /// Number of samples N.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Number of channels.
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    /// The samples one after the other.
+    pub fn values(&self) -> Result<&[f64], Failure> {
+        slice(&self.array, self.what)
+    }
+}
+
+/// Samples of many streams `(N, channels, streams)`, where they are like [`Samples`].
+pub struct Block<'py> {
+    array: PyReadonlyArrayDyn<'py, f64>,
+    what: &'static str,
+    shape: [usize; 3],
+}
+
+impl<'py> Block<'py> {
+    /// Reads an argument.
+    pub fn new(value: &Bound<'py, PyAny>, what: &'static str) -> Result<Self, Failure> {
+        let array = doubles(value, what)?;
+        let axes = format!("dimensions of {what} (samples, channels, streams)");
+        DimensionError::check(&axes, 3, array.ndim())?;
+        let shape = array.shape();
+        let shape = [shape[0], shape[1], shape[2]];
+        Ok(Self { array, what, shape })
+    }
+
+    /// Numbers of samples, channels and streams.
+    pub fn shape(&self) -> [usize; 3] {
+        self.shape
+    }
+
+    /// The samples one after the other, the streams of a channel side by side.
+    pub fn values(&self) -> Result<&[f64], Failure> {
+        slice(&self.array, self.what)
+    }
+}
+
+/// Samples as a `channels x N` matrix.
+pub fn samples(value: &Bound<'_, PyAny>, what: &'static str) -> Result<DMatrix<f64>, Failure> {
+    let samples = Samples::new(value, what)?;
+    let (channels, count) = (samples.channels(), samples.count());
     Ok(DMatrix::from_column_slice(
         channels,
         count,
-        slice(&array, what)?,
+        samples.values()?,
     ))
 }
 
@@ -157,7 +224,15 @@ pub fn json_value<T: serde::de::DeserializeOwned>(
     serde_json::from_str(text).map_err(|cause| Failure::Json { what, cause })
 }
 
-/// The JSON form of a value.
+/// The JSON form of a value, as a tree.
+pub fn json_form<T: Serialize + ?Sized>(
+    what: &'static str,
+    value: &T,
+) -> Result<serde_json::Value, Failure> {
+    serde_json::to_value(value).map_err(|cause| Failure::Json { what, cause })
+}
+
+/// The JSON form of a value, as text.
 pub fn json_text<T: Serialize + ?Sized>(what: &'static str, value: &T) -> Result<String, Failure> {
     serde_json::to_string(value).map_err(|cause| Failure::Json { what, cause })
 }

@@ -12,7 +12,9 @@ use crate::arx_options::{CentreOption, FitArguments, FitOptions};
 use crate::arx_structure::StructureOptions;
 use crate::dataset::Names;
 use crate::error::Failure;
+use crate::interrupt::interruptible;
 use crate::order::{Numbers, Order};
+use crate::pickle::{Pickled, Reduced, reduce};
 use crate::record::{borrowed, unknown_records};
 use crate::warning::warn;
 
@@ -49,10 +51,23 @@ use crate::warning::warn;
 /// --------
 /// >>> gtfdi.Arx(order=2, nk=0).fit(u, y).structure
 /// {'full': {'na': 2, 'nb': [3], 'nk': [0]}}
-#[pyclass(frozen, name = "Arx", module = "gtfdi")]
+#[pyclass(frozen, eq, name = "Arx", module = "gtfdi")]
+#[derive(Clone, PartialEq)]
 pub struct PyArx {
     structure: StructureOptions,
     options: FitOptions,
+}
+
+impl Pickled for PyArx {
+    type Stored = (StructureOptions, FitOptions);
+
+    fn stored(&self) -> Result<Self::Stored, Failure> {
+        Ok((self.structure.clone(), self.options.clone()))
+    }
+
+    fn restored((structure, options): Self::Stored) -> Result<Self, Failure> {
+        Ok(Self { structure, options })
+    }
 }
 
 #[pymethods]
@@ -132,11 +147,16 @@ impl PyArx {
     ) -> Result<PyArxFit, Failure> {
         let py = u.py();
         let records = unknown_records(u, y, inputs.as_ref(), outputs.as_ref(), sample_time_s)?;
-        let (fit, warning) = py.detach(|| self.fit_records(&records))?;
+        let wish = self.clone();
+        let (fit, warning) = interruptible(py, move |_| wish.fit_records(&records))?;
         if let Some(warning) = warning {
             warn(py, &warning)?;
         }
         Ok(fit.into())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 }
 

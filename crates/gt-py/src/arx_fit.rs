@@ -8,7 +8,7 @@ use gtfdi::ident::{
 use nalgebra::DMatrix;
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple, PyType};
+use pyo3::types::{PyDict, PyType};
 
 use crate::array::{matrix, matrix_out, vector};
 use crate::arx_model::PyArxModel;
@@ -16,6 +16,7 @@ use crate::choice::named;
 use crate::dataset::names;
 use crate::error::Failure;
 use crate::frequency_response::{PyFrequencyResponse, gains_out};
+use crate::pickle::{Pickled, Reduced, reduce};
 use crate::pole_zero::report_out;
 
 /// The solvers by name.
@@ -206,12 +207,8 @@ impl PyArxFit {
         Ok(report_out(py, &self.model, &report)?)
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyType>, Bound<'py, PyTuple>)> {
-        let (py, this) = (slf.py(), slf.get());
-        let arguments = (this.model(), this.covariance(py)?, this.solved_by());
-        Ok((slf.get_type(), arguments.into_pyobject(py)?))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 
     fn __repr__(&self) -> String {
@@ -221,5 +218,23 @@ impl PyArxFit {
             names(self.model.inputs()).join(", "),
             names(self.model.outputs()).join(", ")
         )
+    }
+}
+
+impl Pickled for PyArxFit {
+    type Stored = (ArxModel, Vec<DMatrix<f64>>, Option<Vec<SolvedBy>>);
+
+    fn stored(&self) -> Result<Self::Stored, Failure> {
+        let solved_by = self.solved_by.clone();
+        Ok((self.model.clone(), self.covariance.clone(), solved_by))
+    }
+
+    fn restored((model, covariance, solved_by): Self::Stored) -> Result<Self, Failure> {
+        check_covariances(&model, &covariance)?;
+        Ok(Self {
+            model,
+            covariance,
+            solved_by,
+        })
     }
 }

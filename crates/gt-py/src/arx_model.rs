@@ -14,6 +14,7 @@ use crate::error::Failure;
 use crate::free_run::PyFreeRun;
 use crate::output_key::OutputKey;
 use crate::output_model::PyOutputModel;
+use crate::pickle::{Reduced, pickle_inner, reduce};
 use crate::record::Given;
 use crate::residual_report::{PyResidualReport, options};
 use crate::state_space::PyStateSpace;
@@ -274,11 +275,8 @@ impl PyArxModel {
         Ok(Self { inner })
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<(Bound<'py, PyAny>, (String,)), Failure> {
-        Ok((
-            slf.get_type().getattr("from_json")?,
-            (slf.get().to_json()?,),
-        ))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 
     fn __repr__(&self) -> String {
@@ -312,3 +310,5 @@ pub fn errors_out<'py>(
     let errors = model.standard_errors()?.iter();
     Some(errors.map(|row| PyArray1::from_slice(py, row)).collect())
 }
+
+pickle_inner!(PyArxModel, ArxModel);

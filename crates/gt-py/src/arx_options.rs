@@ -3,6 +3,7 @@
 use gtfdi::core::OperatingPoint;
 use gtfdi::ident::{Arx, ArxStructure, Centre, EquationErrors, Missing, Solver};
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::array::vector;
 use crate::choice::named;
@@ -48,7 +49,7 @@ pub struct FitArguments<'a, 'py> {
 }
 
 /// The options of a fit.
-#[derive(Clone)]
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
 pub struct FitOptions {
     first_row: usize,
     centre: Centre,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use gtfdi::core::Dataset;
 use gtfdi::ident::{ArxStructure, IdentError, OrderChoice, OrderKind};
+use serde::{Deserialize, Serialize};
 
 use crate::choice::named;
 use crate::error::Failure;
@@ -58,7 +59,7 @@ fn feedthrough(nk: &[usize]) -> Result<bool, Failure> {
 }
 
 /// What a structure is described by, as given.
-#[derive(Clone, Default)]
+#[derive(Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct StructureOptions {
     pub order: Option<Order>,
     pub na: Option<usize>,

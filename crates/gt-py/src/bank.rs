@@ -8,7 +8,7 @@ use gt_campaign::{StatisticChoice, StatisticName, TestPlan, Watch, kalman_genera
 use gt_log::{read_json, write_json};
 use gtfdi::core::{Dataset, Signal, index_of};
 use gtfdi::fdi::{
-    Bank, BankRun, Detector, FalseAlarmSummary, ResidualGenerator, ResidualTest, StatisticKind,
+    Bank, BankRun, FalseAlarmSummary, ResidualGenerator, ResidualTest, StatisticKind,
     ThresholdRule, Waveform, Whitening,
 };
 use gtfdi::ident::ArxModel;
@@ -24,6 +24,9 @@ use crate::arx_model::PyArxModel;
 use crate::detector::PyDetector;
 use crate::eiv_model::PyEivModel;
 use crate::error::Failure;
+use crate::interop::{FRAMES, call};
+use crate::interrupt::interruptible;
+use crate::pickle::{Pickled, Reduced, pickle_inner, reduce};
 use crate::poles::Poles;
 use crate::record::Given;
 
@@ -31,7 +34,26 @@ use crate::record::Given;
 #[pyclass(frozen, eq, name = "Bank", module = "gtfdi")]
 #[derive(PartialEq)]
 pub struct PyBank {
-    inner: Bank,
+    inner: Arc<Bank>,
+}
+
+impl PyBank {
+    fn new(inner: Bank) -> Self {
+        let inner = Arc::new(inner);
+        Self { inner }
+    }
+}
+
+impl Pickled for PyBank {
+    type Stored = Bank;
+
+    fn stored(&self) -> Result<Bank, Failure> {
+        Ok(Bank::clone(&self.inner))
+    }
+
+    fn restored(inner: Bank) -> Result<Self, Failure> {
+        Ok(Self::new(inner))
+    }
 }
 
 /// What `Bank.detectors` says of each.
@@ -149,44 +171,41 @@ impl PyBank {
                 self.inner.sample_time_s(),
             )?,
         };
-        let inner = u.py().detach(|| self.inner.run(&data))?;
+        let bank = Arc::clone(&self.inner);
+        let inner = interruptible(u.py(), move |_| Ok(bank.run(&data)?))?;
         Ok(PyDetection { inner })
     }
 
     /// The online detector of the bank, with every generator in its initial state (Detector).
     fn detector(&self) -> PyDetector {
-        PyDetector::new(Detector::new(&self.inner))
+        PyDetector::new(Arc::clone(&self.inner))
     }
 
     /// Writes a bank file, as ``gtfdi design --out`` does.
     fn save(&self, py: Python<'_>, path: PathBuf) -> Result<(), Failure> {
-        Ok(py.detach(|| write_json(&path, &self.inner))?)
+        Ok(py.detach(|| write_json(&path, &*self.inner))?)
     }
 
     /// Reads a bank file; it is checked.
     #[classmethod]
     fn load(class: &Bound<'_, PyType>, path: PathBuf) -> Result<Self, Failure> {
         let inner: Bank = class.py().detach(|| read_json(&path))?;
-        Ok(Self { inner })
+        Ok(Self::new(inner))
     }
 
     /// The bank as JSON.
     fn to_json(&self) -> Result<String, Failure> {
-        json_text("bank", &self.inner)
+        json_text("bank", &*self.inner)
     }
 
     /// A bank from the JSON that ``to_json`` gave; it is checked.
     #[classmethod]
     fn from_json(_class: &Bound<'_, PyType>, text: &str) -> Result<Self, Failure> {
-        let inner = json_value("bank", text)?;
-        Ok(Self { inner })
+        Ok(Self::new(json_value("bank", text)?))
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<(Bound<'py, PyAny>, (String,)), Failure> {
-        Ok((
-            slf.get_type().getattr("from_json")?,
-            (slf.get().to_json()?,),
-        ))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 
     fn __repr__(&self) -> String {
@@ -260,6 +279,54 @@ impl PyDetection {
             self.inner.outputs.join(", "),
             self.inner.alarms.len()
         )
+    }
+
+    /// A ``pandas.DataFrame`` with the time in seconds as its index and the columns ``residual TAG``
+    /// and ``statistic TEST``; units
+    /// are in its ``attrs``.
+    ///
+    /// Needs the package ``pandas`` (``pip install 'gtfdi[pandas]'``).
+    ///
+    /// Examples
+    /// --------
+    /// >>> bank.detect(run.measured).to_pandas().index.name
+    /// 'time_s'
+    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        call(slf.py(), FRAMES, "to_pandas", (slf,))
+    }
+
+    /// A ``polars.DataFrame`` with the column ``time_s`` and those of ``to_pandas``.
+    ///
+    /// Needs the package ``polars`` (``pip install 'gtfdi[polars]'``).
+    ///
+    /// Examples
+    /// --------
+    /// >>> bank.detect(run.measured).to_polars().columns[0]
+    /// 'time_s'
+    fn to_polars<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        call(slf.py(), FRAMES, "to_polars", (slf,))
+    }
+
+    /// The columns of ``to_polars`` as an Arrow stream, for anything that reads the PyCapsule
+    /// interface: ``pyarrow.table``, ``polars.DataFrame``, DuckDB.
+    ///
+    /// Needs the package ``pyarrow`` (``pip install 'gtfdi[arrow]'``).
+    ///
+    /// Examples
+    /// --------
+    /// >>> import pyarrow
+    /// >>> pyarrow.table(bank.detect(run.measured)).column_names[0]
+    /// 'time_s'
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        slf: &Bound<'py, Self>,
+        requested_schema: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        call(slf.py(), FRAMES, "arrow_stream", (slf, requested_schema))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 }
 
@@ -533,18 +600,20 @@ pub fn design(
         rule: rule(exceedance, margin, arl0_h, consecutive, name)?,
         watch: word("watch", watch, &watches)?,
     };
-    let (noise, model) = (model.noise(), model.equations());
-    check_poles(model, kalman, poles.as_ref())?;
-    let healthy = known_records(model, &healthy)?;
-    let inner = py.detach(|| -> Result<Bank, Failure> {
-        let generators = generators(model, noise, kalman, poles.as_ref())?;
+    let (noise, model) = (model.noise().cloned(), model.equations().clone());
+    check_poles(&model, kalman, poles.as_ref())?;
+    let healthy = known_records(&model, &healthy)?;
+    let inner = interruptible(py, move |_| {
+        let generators = generators(&model, noise.as_ref(), kalman, poles.as_ref())?;
         let in_sample = vec![in_sample; healthy.len()];
         let tests = plan
-            .tests(model, &generators, &healthy, &in_sample)
+            .tests(&model, &generators, &healthy, &in_sample)
             .map_err(|(_, error)| error)?;
         // The names of the command line, part of a bank's topics in a log.
         let name = if kalman { "filters" } else { "observers" };
         Ok(Bank::new(name, generators, tests)?)
     })?;
-    Ok(PyBank { inner })
+    Ok(PyBank::new(inner))
 }
+
+pickle_inner!(PyDetection, BankRun);

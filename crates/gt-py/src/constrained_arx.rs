@@ -13,7 +13,9 @@ use crate::arx_structure::StructureOptions;
 use crate::choice::named;
 use crate::dataset::Names;
 use crate::error::Failure;
+use crate::interrupt::interruptible;
 use crate::order::{Numbers, Order};
+use crate::pickle::{Pickled, Reduced, pickle_inner, reduce};
 use crate::record::Given;
 use crate::warning::warn;
 
@@ -72,11 +74,28 @@ type Gains = BTreeMap<(String, String), Gain>;
 /// >>> fit = wish.fit(run.measured, inputs=["a_v", "M_f"], outputs="q_c")
 /// >>> fit.rows[0]["cost_ratio"] >= 1.0, fit.rows[0]["radius"] <= 0.999
 /// (True, True)
-#[pyclass(frozen, name = "ConstrainedArx", module = "gtfdi")]
+#[pyclass(frozen, eq, name = "ConstrainedArx", module = "gtfdi")]
+#[derive(Clone, PartialEq)]
 pub struct PyConstrainedArx {
     structure: StructureOptions,
     max_radius: f64,
     gains: Vec<(String, String, DcGain)>,
+}
+
+impl Pickled for PyConstrainedArx {
+    type Stored = (StructureOptions, f64, Vec<(String, String, DcGain)>);
+
+    fn stored(&self) -> Result<Self::Stored, Failure> {
+        Ok((self.structure.clone(), self.max_radius, self.gains.clone()))
+    }
+
+    fn restored((structure, max_radius, gains): Self::Stored) -> Result<Self, Failure> {
+        Ok(Self {
+            structure,
+            max_radius,
+            gains,
+        })
+    }
 }
 
 #[pymethods]
@@ -139,11 +158,16 @@ impl PyConstrainedArx {
     ) -> Result<PyConstrainedFit, Failure> {
         let py = u.py();
         let data = Given::new(u, y)?.unknown(inputs, outputs, sample_time_s)?;
-        let (inner, warning) = py.detach(|| self.fit_record(data))?;
+        let wish = self.clone();
+        let (inner, warning) = interruptible(py, move |_| wish.fit_record(data))?;
         if let Some(warning) = warning {
             warn(py, &warning)?;
         }
         Ok(PyConstrainedFit { inner })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 }
 
@@ -186,4 +210,10 @@ impl PyConstrainedFit {
     fn rows<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
         json_out(py, "constrained fit", &self.inner.rows)
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
+    }
 }
+
+pickle_inner!(PyConstrainedFit, ConstrainedFit);

@@ -3,12 +3,17 @@
 use std::sync::Arc;
 
 use gtfdi::core::{Dataset, DimensionError, Signal};
+use nalgebra::DMatrix;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::{PySlice, PyTuple, PyType};
+use pyo3::types::PySlice;
+use serde::{Deserialize, Serialize};
 
-use crate::array::{samples, samples_out};
+use crate::array::samples;
+use crate::dataset_view::view;
 use crate::error::Failure;
+use crate::interop::{FRAMES, call};
+use crate::pickle::{Pickled, Reduced, reduce};
 use crate::trend::PyTrend;
 
 /// A name, or a list of names.
@@ -34,7 +39,7 @@ impl From<Names> for Vec<String> {
 /// A record of inputs and outputs at a constant sample time.
 ///
 /// Time is axis 0. The record owns its samples: arrays are copied once, after a conversion where
-/// they are not C-contiguous float64; ``u`` and ``y`` give a new array at every access.
+/// they are not C-contiguous float64; ``u`` and ``y`` are views of it, which cannot be written to.
 ///
 /// Parameters
 /// ----------
@@ -78,9 +83,6 @@ impl PyDataset {
     }
 }
 
-/// What `Dataset.__reduce__` gives: the class and its arguments in order.
-type Parts<'py> = (Bound<'py, PyType>, Bound<'py, PyTuple>);
-
 #[pymethods]
 impl PyDataset {
     #[new]
@@ -104,16 +106,16 @@ impl PyDataset {
         Ok(Self::new(Arc::new(data.starting_at(start_time_s))))
     }
 
-    /// Inputs, an array (N, nu).
+    /// Inputs, a read-only array (N, nu) on the record's own memory.
     #[getter]
-    fn u<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        samples_out(py, self.inner.u().clone())
+    fn u<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray2<f64>>, Failure> {
+        view(slf, Dataset::u)
     }
 
-    /// Outputs, an array (N, ny).
+    /// Outputs, a read-only array (N, ny) on the record's own memory.
     #[getter]
-    fn y<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        samples_out(py, self.inner.y().clone())
+    fn y<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray2<f64>>, Failure> {
+        view(slf, Dataset::y)
     }
 
     /// Times of the samples in seconds, an array (N,).
@@ -222,19 +224,126 @@ impl PyDataset {
         )
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Parts<'py>> {
-        let (py, this) = (slf.py(), slf.get());
-        let arguments = (
-            this.u(py)?,
-            this.y(py)?,
-            this.sample_time_s(),
-            this.inputs(),
-            this.outputs(),
-            this.input_units(),
-            this.output_units(),
-            this.start_time_s(),
-        );
-        Ok((slf.get_type(), arguments.into_pyobject(py)?))
+    /// A ``pandas.DataFrame`` with the time in seconds as its index and a column for each channel; units
+    /// are in its ``attrs``.
+    ///
+    /// Needs the package ``pandas`` (``pip install 'gtfdi[pandas]'``).
+    ///
+    /// Examples
+    /// --------
+    /// >>> record.to_pandas().index.name
+    /// 'time_s'
+    fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        call(slf.py(), FRAMES, "to_pandas", (slf,))
+    }
+
+    /// A ``polars.DataFrame`` with the column ``time_s`` and those of ``to_pandas``.
+    ///
+    /// Needs the package ``polars`` (``pip install 'gtfdi[polars]'``).
+    ///
+    /// Examples
+    /// --------
+    /// >>> record.to_polars().columns[0]
+    /// 'time_s'
+    fn to_polars<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        call(slf.py(), FRAMES, "to_polars", (slf,))
+    }
+
+    /// The columns of ``to_polars`` as an Arrow stream, for anything that reads the PyCapsule
+    /// interface: ``pyarrow.table``, ``polars.DataFrame``, DuckDB.
+    ///
+    /// Needs the package ``pyarrow`` (``pip install 'gtfdi[arrow]'``).
+    ///
+    /// Examples
+    /// --------
+    /// >>> import pyarrow
+    /// >>> pyarrow.table(record).column_names[0]
+    /// 'time_s'
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        slf: &Bound<'py, Self>,
+        requested_schema: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        call(slf.py(), FRAMES, "arrow_stream", (slf, requested_schema))
+    }
+
+    /// The record in a ``pandas.DataFrame``.
+    ///
+    /// Parameters
+    /// ----------
+    /// frame : pandas.DataFrame
+    ///     A column a channel. NaN means *no valid sample*.
+    /// inputs, outputs : str or list of str
+    ///     The columns to read.
+    /// sample_time_s : float, optional
+    ///     Sample time in seconds, where the frame has no times; with times, the one they are to
+    ///     have.
+    /// time : str, optional
+    ///     The column with the times, in seconds or as instants; by default they are those of the
+    ///     index, or of a column ``time_s`` beside an index that only counts.
+    ///
+    /// Returns
+    /// -------
+    /// Dataset
+    ///
+    /// Raises
+    /// ------
+    /// DataError
+    ///     There is no such column, or times are not a constant step apart.
+    ///
+    /// Examples
+    /// --------
+    /// >>> frame = record.to_pandas()
+    /// >>> gtfdi.Dataset.from_pandas(frame, "u", ["a", "b", "c"]) == record
+    /// True
+    #[staticmethod]
+    #[pyo3(signature = (frame, inputs, outputs, sample_time_s=None, time=None))]
+    fn from_pandas<'py>(
+        frame: &Bound<'py, PyAny>,
+        inputs: &Bound<'py, PyAny>,
+        outputs: &Bound<'py, PyAny>,
+        sample_time_s: Option<f64>,
+        time: Option<&str>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let arguments = (frame, inputs, outputs, sample_time_s, time);
+        call(frame.py(), FRAMES, "from_pandas", arguments)
+    }
+
+    /// The record in a table of ``pyarrow``, ``polars`` or anything else that has
+    /// ``__arrow_c_stream__``.
+    ///
+    /// Needs the package ``pyarrow`` (``pip install 'gtfdi[arrow]'``).
+    ///
+    /// Parameters
+    /// ----------
+    /// table : object with __arrow_c_stream__
+    ///     A column a channel. Null and NaN mean *no valid sample*.
+    /// inputs, outputs, sample_time_s, time
+    ///     As for ``from_pandas``; without a sample time, times are in the column ``time_s``.
+    ///
+    /// Returns
+    /// -------
+    /// Dataset
+    ///
+    /// Examples
+    /// --------
+    /// >>> gtfdi.Dataset.from_arrow(record.to_polars(), "u", ["a", "b", "c"]) == record
+    /// True
+    #[staticmethod]
+    #[pyo3(signature = (table, inputs, outputs, sample_time_s=None, time=None))]
+    fn from_arrow<'py>(
+        table: &Bound<'py, PyAny>,
+        inputs: &Bound<'py, PyAny>,
+        outputs: &Bound<'py, PyAny>,
+        sample_time_s: Option<f64>,
+        time: Option<&str>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let arguments = (table, inputs, outputs, sample_time_s, time);
+        call(table.py(), FRAMES, "from_arrow", arguments)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 }
 
@@ -274,4 +383,49 @@ pub fn names(signals: &[Signal]) -> Vec<String> {
 
 fn units(signals: &[Signal]) -> Vec<String> {
     signals.iter().map(|signal| signal.unit.clone()).collect()
+}
+
+/// A record as it is kept in a pickle.
+#[derive(Serialize, Deserialize)]
+pub struct StoredDataset {
+    inputs: Vec<Signal>,
+    outputs: Vec<Signal>,
+    u: DMatrix<f64>,
+    y: DMatrix<f64>,
+    sample_time_s: f64,
+    start_time_s: f64,
+}
+
+impl From<&Dataset> for StoredDataset {
+    fn from(data: &Dataset) -> Self {
+        Self {
+            inputs: data.inputs().to_vec(),
+            outputs: data.outputs().to_vec(),
+            u: data.u().clone(),
+            y: data.y().clone(),
+            sample_time_s: data.sample_time_s(),
+            start_time_s: data.start_time_s(),
+        }
+    }
+}
+
+impl StoredDataset {
+    /// The record, checked.
+    pub fn dataset(self) -> Result<Dataset, Failure> {
+        let (inputs, outputs) = (self.inputs, self.outputs);
+        let data = Dataset::new(inputs, outputs, self.u, self.y, self.sample_time_s)?;
+        Ok(data.starting_at(self.start_time_s))
+    }
+}
+
+impl Pickled for PyDataset {
+    type Stored = StoredDataset;
+
+    fn stored(&self) -> Result<StoredDataset, Failure> {
+        Ok(StoredDataset::from(&*self.inner))
+    }
+
+    fn restored(stored: StoredDataset) -> Result<Self, Failure> {
+        Ok(Self::new(Arc::new(stored.dataset()?)))
+    }
 }

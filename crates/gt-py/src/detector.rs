@@ -1,16 +1,22 @@
-//! `Detector`, `Verdict` and `VerdictSeries`: a bank sample by sample.
+//! `Detector`: a bank sample by sample.
 
+use std::ops::Range;
 use std::sync::Arc;
 
-use gtfdi::core::Signal;
-use gtfdi::fdi::{ChannelVerdict, Detector, DetectorState, Verdict};
-use numpy::{Element, PyArray1, PyArray2};
+use gtfdi::core::{Dataset, DimensionError};
+use gtfdi::fdi::{Bank, Detector, DetectorState};
 use pyo3::prelude::*;
 
-use crate::array::{json_text, json_value, table_out, vector};
+use crate::array::{Samples, json_text, json_value, vector};
+use crate::dataset::names;
 use crate::error::Failure;
+use crate::pickle::{Pickled, Reduced, reduce};
 use crate::record::Given;
 use crate::sample_clock::SampleClock;
+use crate::verdict::{PyVerdict, PyVerdictSeries, Series};
+
+/// Samples between two looks for signals: a tenth of a second for a bank of many filters.
+const BLOCK: usize = 10_000;
 
 /// The online detector of a bank; ``Bank.detector`` makes one.
 ///
@@ -18,19 +24,56 @@ use crate::sample_clock::SampleClock;
 /// bit. One detector serves one thread at a time.
 #[pyclass(name = "Detector", module = "gtfdi")]
 pub struct PyDetector {
+    bank: Arc<Bank>,
     inner: Detector,
     tests: Arc<[String]>,
     clock: SampleClock,
 }
 
 impl PyDetector {
-    pub fn new(inner: Detector) -> Self {
+    pub fn new(bank: Arc<Bank>) -> Self {
+        let inner = Detector::new(&bank);
         let tests = inner.tests().into();
         Self {
+            bank,
             inner,
             tests,
             clock: SampleClock::default(),
         }
+    }
+
+    /// Takes the samples from `first` on of rows that lie one after the other.
+    fn take(
+        &mut self,
+        series: &mut Series,
+        samples: Range<usize>,
+        clock_at: impl Fn(usize, SampleClock) -> SampleClock,
+        [u, y]: [&[f64]; 2],
+    ) -> Result<(), Failure> {
+        let sample_time_s = self.inner.sample_time_s();
+        let (nu, ny) = (self.inner.inputs().len(), self.inner.outputs().len());
+        for k in samples {
+            let clock = clock_at(k, self.clock);
+            let (u, y) = (&u[k * nu..][..nu], &y[k * ny..][..ny]);
+            series.push(self.inner.step(clock.time_s(sample_time_s), u, y)?);
+            self.clock = clock;
+        }
+        Ok(())
+    }
+}
+
+impl Pickled for PyDetector {
+    type Stored = (Bank, DetectorState, SampleClock);
+
+    fn stored(&self) -> Result<Self::Stored, Failure> {
+        Ok((Bank::clone(&self.bank), self.inner.state(), self.clock))
+    }
+
+    fn restored((bank, state, clock): Self::Stored) -> Result<Self, Failure> {
+        let mut detector = Self::new(Arc::new(bank));
+        detector.inner.resume(&state)?;
+        detector.clock = clock;
+        Ok(detector)
     }
 }
 
@@ -122,10 +165,7 @@ impl PyDetector {
         let t_s = clock.time_s(self.inner.sample_time_s());
         let verdict = self.inner.step(t_s, u.as_slice(), y.as_slice())?.clone();
         self.clock = clock;
-        Ok(PyVerdict {
-            inner: verdict,
-            tests: Arc::clone(&self.tests),
-        })
+        Ok(PyVerdict::new(verdict, Arc::clone(&self.tests)))
     }
 
     /// Takes many samples: a Dataset, whose channels are found by name and which has its own
@@ -138,7 +178,14 @@ impl PyDetector {
     /// Raises
     /// ------
     /// StepError
-    ///     As for ``step``.
+    ///     As for ``step``; the samples before it are taken.
+    /// KeyboardInterrupt
+    ///     Ctrl-C; the detector is then as it was.
+    ///
+    /// Notes
+    /// -----
+    /// C-contiguous float64 arrays are read where they are, without a copy: leave them alone
+    /// meanwhile.
     ///
     /// Examples
     /// --------
@@ -151,38 +198,30 @@ impl PyDetector {
         y: Option<&Bound<'_, PyAny>>,
         t_s: Option<f64>,
     ) -> Result<PyVerdictSeries, Failure> {
-        let given = Given::new(u, y)?;
-        let record = matches!(given, Given::Record(_));
-        let data = match given {
+        let py = u.py();
+        let before = (self.inner.clone(), self.clock);
+        let outcome = match Given::new(u, y)? {
             Given::Record(data) => {
-                Arc::new(data.select(self.inner.inputs(), self.inner.outputs())?)
+                let data = self.own_channels(data)?;
+                let sample_time_s = self.inner.sample_time_s();
+                let clock = |k, _| SampleClock::at(Some(data.time_s(k)), sample_time_s);
+                let rows = [data.u().as_slice(), data.y().as_slice()];
+                self.blocks(py, data.len(), clock, rows)
             }
-            arrays @ Given::Arrays(..) => arrays.known(
-                &Signal::named(self.inner.inputs()),
-                &Signal::named(self.inner.outputs()),
-                self.inner.sample_time_s(),
-            )?,
+            Given::Arrays(u, y) => {
+                let (u, y) = (Samples::new(&u, "u")?, Samples::new(&y, "y")?);
+                let inputs = self.inner.inputs().len();
+                DimensionError::check("channels of u", inputs, u.channels())?;
+                DimensionError::check("channels of y", self.inner.outputs().len(), y.channels())?;
+                DimensionError::check("samples of y", u.count(), y.count())?;
+                let clock = |k, clock: SampleClock| clock.next(t_s.filter(|_| k == 0));
+                self.blocks(py, u.count(), clock, [u.values()?, y.values()?])
+            }
         };
-        let mut verdicts = Vec::with_capacity(data.len());
-        u.py().detach(|| -> Result<(), Failure> {
-            let samples = data.u().column_iter().zip(data.y().column_iter());
-            for (k, (u, y)) in samples.enumerate() {
-                let clock = match (record, k, t_s) {
-                    (true, ..) => SampleClock::at(Some(data.time_s(k)), self.inner.sample_time_s()),
-                    (false, 0, given_s) => self.clock.next(given_s),
-                    (false, ..) => self.clock.next(None),
-                };
-                let t_s = clock.time_s(self.inner.sample_time_s());
-                let (u, y) = (u.clone_owned(), y.clone_owned());
-                verdicts.push(self.inner.step(t_s, u.as_slice(), y.as_slice())?.clone());
-                self.clock = clock;
-            }
-            Ok(())
-        })?;
-        Ok(PyVerdictSeries {
-            verdicts,
-            tests: Arc::clone(&self.tests),
-        })
+        if let Err(Failure::Python(_)) = outcome {
+            (self.inner, self.clock) = before;
+        }
+        outcome
     }
 
     /// Forgets all samples: the next one may have any time, and every generator settles again.
@@ -190,203 +229,37 @@ impl PyDetector {
         self.inner.reset();
         self.clock = SampleClock::default();
     }
-}
 
-/// What the detector says of one sample; each array has an entry for every test.
-#[pyclass(frozen, name = "Verdict", module = "gtfdi")]
-pub struct PyVerdict {
-    inner: Verdict,
-    tests: Arc<[String]>,
-}
-
-impl PyVerdict {
-    fn array<'py, T: Element>(
-        &self,
-        py: Python<'py>,
-        value: impl Fn(&ChannelVerdict) -> T,
-    ) -> Bound<'py, PyArray1<T>> {
-        PyArray1::from_vec(py, self.inner.channels.iter().map(value).collect())
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 }
 
-#[pymethods]
-impl PyVerdict {
-    /// Names of the tests, in the order of the arrays.
-    #[getter]
-    fn tests(&self) -> Vec<String> {
-        self.tests.to_vec()
+impl PyDetector {
+    /// A record with the channels of the detector, itself where it has just these.
+    fn own_channels(&self, data: Arc<Dataset>) -> Result<Arc<Dataset>, Failure> {
+        let (inputs, outputs) = (self.inner.inputs(), self.inner.outputs());
+        if names(data.inputs()) == inputs && names(data.outputs()) == outputs {
+            return Ok(data);
+        }
+        Ok(Arc::new(data.select(inputs, outputs)?))
     }
 
-    /// Time of the sample in seconds.
-    #[getter]
-    fn time_s(&self) -> f64 {
-        self.inner.time_s
-    }
-
-    /// Whether samples are missing before this one, so that every generator started afresh.
-    #[getter]
-    fn gap(&self) -> bool {
-        self.inner.gap
-    }
-
-    /// Residuals: in the output's unit where a test watches one output as it is, in standard
-    /// deviations where it is whitened, the norm where it watches several; NaN where one is missing.
-    #[getter]
-    fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.array(py, |channel| channel.residual)
-    }
-
-    /// The statistics, which are compared with the limits; NaN where nothing is judged.
-    #[getter]
-    fn statistic<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.array(py, |channel| channel.statistic)
-    }
-
-    /// The likeliest deviations of the residuals' means, in the outputs' units; NaN where the
-    /// statistic does not tell or is within its limit.
-    #[getter]
-    fn deviation<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.array(py, |channel| channel.deviation.unwrap_or(f64::NAN))
-    }
-
-    /// Whether the residual is above the limit.
-    #[getter]
-    fn exceeds<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        self.array(py, |channel| channel.exceeds)
-    }
-
-    /// Samples above the limit in a row, this one included.
-    #[getter]
-    fn run_length<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<usize>> {
-        self.array(py, |channel| channel.run_length)
-    }
-
-    /// Whether an alarm is up.
-    #[getter]
-    fn alarm<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        self.array(py, |channel| channel.alarm)
-    }
-
-    /// Whether the alarm came up with this sample.
-    #[getter]
-    fn new_alarm<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        self.array(py, |channel| channel.new_alarm)
-    }
-
-    /// Time of the first sample of the present run above the limit; NaN outside a run.
-    #[getter]
-    fn first_exceedance_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.array(py, |channel| channel.first_exceedance_s.unwrap_or(f64::NAN))
-    }
-
-    /// Whether the generator has not yet forgotten its initial state.
-    #[getter]
-    fn settling<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        self.array(py, |channel| channel.settling)
-    }
-
-    fn __repr__(&self) -> String {
-        let up = self.tests.iter().zip(&self.inner.channels);
-        let up: Vec<&str> = up
-            .filter(|(_, channel)| channel.alarm)
-            .map(|(tag, _)| tag.as_str())
-            .collect();
-        let up = if up.is_empty() {
-            "none".to_owned()
-        } else {
-            up.join(", ")
-        };
-        format!("Verdict(at {} s, alarms: {up})", self.inner.time_s)
-    }
-}
-
-/// What the detector says of many samples; arrays have a row a sample and a column a test.
-#[pyclass(frozen, name = "VerdictSeries", module = "gtfdi")]
-pub struct PyVerdictSeries {
-    verdicts: Vec<Verdict>,
-    tests: Arc<[String]>,
-}
-
-impl PyVerdictSeries {
-    fn table<'py, T: Element>(
-        &self,
-        py: Python<'py>,
-        value: impl Fn(&ChannelVerdict) -> T,
-    ) -> PyResult<Bound<'py, PyArray2<T>>> {
-        let channels = self.verdicts.iter().flat_map(|verdict| &verdict.channels);
-        table_out(py, channels.map(value).collect(), self.tests.len())
-    }
-}
-
-#[pymethods]
-impl PyVerdictSeries {
-    /// Names of the tests, in the order of the arrays.
-    #[getter]
-    fn tests(&self) -> Vec<String> {
-        self.tests.to_vec()
-    }
-
-    /// Times of the samples in seconds (N,).
-    #[getter]
-    fn time_s<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_vec(
-            py,
-            self.verdicts.iter().map(|verdict| verdict.time_s).collect(),
-        )
-    }
-
-    /// Whether samples are missing before each (N,).
-    #[getter]
-    fn gap<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        PyArray1::from_vec(
-            py,
-            self.verdicts.iter().map(|verdict| verdict.gap).collect(),
-        )
-    }
-
-    /// Residuals, as those of one ``Verdict``.
-    #[getter]
-    fn residual<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.table(py, |channel| channel.residual)
-    }
-
-    /// The statistics, which are compared with the limits; NaN where nothing is judged.
-    #[getter]
-    fn statistic<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.table(py, |channel| channel.statistic)
-    }
-
-    /// Whether the residual is above the limit (a column a test).
-    #[getter]
-    fn exceeds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<bool>>> {
-        self.table(py, |channel| channel.exceeds)
-    }
-
-    /// Whether an alarm is up (a column a test).
-    #[getter]
-    fn alarm<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<bool>>> {
-        self.table(py, |channel| channel.alarm)
-    }
-
-    /// Whether the alarm came up with the sample (a column a test).
-    #[getter]
-    fn new_alarm<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<bool>>> {
-        self.table(py, |channel| channel.new_alarm)
-    }
-
-    /// Time of the first sample of the present run above the limit (a column a test); NaN outside a run.
-    #[getter]
-    fn first_exceedance_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.table(py, |channel| channel.first_exceedance_s.unwrap_or(f64::NAN))
-    }
-
-    /// Whether the generator has not yet forgotten its initial state (a column a test).
-    #[getter]
-    fn settling<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<bool>>> {
-        self.table(py, |channel| channel.settling)
-    }
-
-    fn __len__(&self) -> usize {
-        self.verdicts.len()
+    /// Takes many samples without the lock on the interpreter, block by block: in between, Ctrl-C
+    /// is heard.
+    fn blocks(
+        &mut self,
+        py: Python<'_>,
+        count: usize,
+        clock_at: impl Fn(usize, SampleClock) -> SampleClock + Sync,
+        rows: [&[f64]; 2],
+    ) -> Result<PyVerdictSeries, Failure> {
+        let mut series = Series::new(&self.tests, count);
+        for first in (0..count).step_by(BLOCK) {
+            let block = first..count.min(first + BLOCK);
+            py.detach(|| self.take(&mut series, block, &clock_at, rows))?;
+            py.check_signals()?;
+        }
+        Ok(series.into())
     }
 }

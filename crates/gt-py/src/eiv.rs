@@ -11,6 +11,7 @@ use crate::choice::named;
 use crate::dataset::Names;
 use crate::eiv_model::PyEivModel;
 use crate::error::Failure;
+use crate::interrupt::interruptible;
 use crate::order::{Numbers, Order, smallest_lags};
 use crate::record::Given;
 use crate::warning::warn;
@@ -28,7 +29,7 @@ fn identify(
         .nk(smallest_lags(nk))
         .method(method);
     let data = Given::new(u, y)?.unknown(inputs, outputs, sample_time_s)?;
-    let found = py.detach(|| wish.identify(&data))?;
+    let found = interruptible(py, move |_| Ok(wish.identify(&data)?))?;
     for remark in &found.remarks {
         warn(py, &remark.to_string())?;
     }

@@ -13,14 +13,15 @@ use crate::arx_model::{PyArxModel, errors_out};
 use crate::dataset::names;
 use crate::eiv_order_table::PyEivOrderTable;
 use crate::error::Failure;
+use crate::pickle::{Pickled, Reduced, reduce};
 
 /// What a JSON text of a model is called in errors.
 const WHAT: &str = "errors-in-variables model";
 
 /// An errors-in-variables model; ``gtfdi.eiv`` and ``gtfdi.frisch`` make one.
 ///
-/// Two models are equal where kind, relation and noise are; a file and a pickle keep these, and not
-/// the table of orders.
+/// Two models are equal where kind, relation and noise are; a file keeps these, and not the table of
+/// orders.
 #[pyclass(frozen, eq, name = "EivModel", module = "gtfdi")]
 pub struct PyEivModel {
     pub inner: EivModel,
@@ -141,11 +142,8 @@ impl PyEivModel {
         Self::from_file(&json_value(WHAT, text)?, || WHAT.to_owned())
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<(Bound<'py, PyAny>, (String,)), Failure> {
-        Ok((
-            slf.get_type().getattr("from_json")?,
-            (slf.get().to_json()?,),
-        ))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 
     fn __repr__(&self) -> String {
@@ -174,5 +172,18 @@ impl PyEivModel {
             kind: file.kind,
             orders: None,
         })
+    }
+}
+
+impl Pickled for PyEivModel {
+    type Stored = (ModelFile, Option<EivOrderTable>);
+
+    fn stored(&self) -> Result<Self::Stored, Failure> {
+        Ok((self.file()?, self.orders.clone()))
+    }
+
+    fn restored((file, orders): Self::Stored) -> Result<Self, Failure> {
+        let model = Self::from_file(&file, || WHAT.to_owned())?;
+        Ok(Self { orders, ..model })
     }
 }

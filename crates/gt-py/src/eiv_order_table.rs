@@ -6,7 +6,9 @@ use pyo3::types::{PyDict, PyIterator};
 
 use crate::dataset::Names;
 use crate::error::Failure;
+use crate::interrupt::interruptible;
 use crate::order::{Numbers, lags_of_each, range};
+use crate::pickle::{Reduced, pickle_inner, reduce};
 use crate::record::Given;
 use crate::table::{row, rows};
 
@@ -64,6 +66,10 @@ impl PyEivOrderTable {
     ) -> Result<Bound<'py, PyAny>, Failure> {
         row(py, "order table", &self.inner.rows, index)
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
+    }
 }
 
 /// The likelihood's criteria of several errors-in-variables orders.
@@ -101,6 +107,8 @@ pub fn py_eiv_order_table(
     let data = Given::new(u, y)?.unknown(inputs, outputs, sample_time_s)?;
     let orders = range(orders)?;
     let nk = lags_of_each(nk, data.nu());
-    let inner = u.py().detach(|| eiv_order_table(&data, orders, &nk))?;
+    let inner = interruptible(u.py(), move |_| Ok(eiv_order_table(&data, orders, &nk)?))?;
     Ok(PyEivOrderTable { inner })
 }
+
+pickle_inner!(PyEivOrderTable, EivOrderTable);

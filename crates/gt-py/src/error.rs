@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use gt_campaign::CampaignError;
 use gt_log::LogError;
 use gtfdi::core::{DataError, DimensionError, ModelError};
-use gtfdi::fdi::{FdiError, ResumeError, StepError};
+use gtfdi::fdi::{FdiError, FleetError, ResumeError, StatisticError, StepError};
 use gtfdi::ident::IdentError;
 use gtfdi::plant::PlantError;
 use pyo3::prelude::*;
@@ -39,6 +39,12 @@ pub enum Failure {
     /// The online detector refused a saved state.
     #[error(transparent)]
     Resume(#[from] ResumeError),
+    /// A streaming statistic cannot be made or used.
+    #[error(transparent)]
+    Statistic(#[from] StatisticError),
+    /// A fleet refused samples.
+    #[error(transparent)]
+    Fleet(#[from] FleetError),
     /// A scenario cannot be simulated.
     #[error(transparent)]
     Plant(#[from] PlantError),
@@ -152,6 +158,25 @@ pub enum Failure {
         /// What was expected and what was found.
         reason: String,
     },
+    /// A pickle is of another version, or its bytes are broken.
+    #[error("pickle of {name}: expected {expected}, found {found}")]
+    Pickle {
+        /// The class.
+        name: String,
+        /// What this version reads.
+        expected: String,
+        /// What the pickle holds.
+        found: String,
+    },
+    /// No thread for long work can be had.
+    #[error("expected a thread for long work, found none: {cause}")]
+    Thread {
+        /// What the system says.
+        cause: std::io::Error,
+    },
+    /// Long work came to no end: a defect of this package.
+    #[error("expected a result of long work, found a thread that died: please report it")]
+    Died,
     /// Python itself objects.
     #[error(transparent)]
     Python(#[from] PyErr),
@@ -181,8 +206,12 @@ impl Failure {
                 ("ModelError", None)
             }
             Self::Ident(_) => ("IdentError", None),
-            Self::Step(_) | Self::Resume(_) | Self::Fdi(FdiError::Step(_)) => ("StepError", None),
-            Self::Fdi(_) | Self::Effect { .. } | Self::Campaign(_) => ("DesignError", None),
+            Self::Step(_) | Self::Resume(_) | Self::Fleet(_) | Self::Fdi(FdiError::Step(_)) => {
+                ("StepError", None)
+            }
+            Self::Fdi(_) | Self::Statistic(_) | Self::Effect { .. } | Self::Campaign(_) => {
+                ("DesignError", None)
+            }
             Self::Plant(_)
             | Self::Fault { .. }
             | Self::Noise { .. }
@@ -198,7 +227,8 @@ impl Failure {
             Self::Option { .. } | Self::Refusal { .. } | Self::Description { .. } => {
                 ("OptionError", None)
             }
-            Self::Python(_) => ("GtfdiError", None),
+            Self::Pickle { .. } => ("PickleError", None),
+            Self::Thread { .. } | Self::Died | Self::Python(_) => ("GtfdiError", None),
         }
     }
 

@@ -5,6 +5,8 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 
 use crate::array::samples_out;
+use crate::error::Failure;
+use crate::pickle::{Reduced, pickle_inner, reduce};
 
 /// The outputs of a model that sees only the inputs.
 #[pyclass(frozen, name = "FreeRun", module = "gtfdi")]
@@ -31,4 +33,10 @@ impl PyFreeRun {
     fn diverged(&self) -> bool {
         self.inner.diverges_at.iter().any(Option::is_some)
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
+    }
 }
+
+pickle_inner!(PyFreeRun, FreeRun);

@@ -9,6 +9,7 @@ use pyo3::types::PyDict;
 use crate::array::matrix_out;
 use crate::dataset::names;
 use crate::error::Failure;
+use crate::pickle::{Pickled, Reduced, reduce};
 
 /// A frequency response with standard errors; ``ArxFit.frequency_response`` makes one.
 #[pyclass(frozen, name = "FrequencyResponse", module = "gtfdi")]
@@ -16,6 +17,23 @@ pub struct PyFrequencyResponse {
     inputs: Vec<String>,
     outputs: Vec<String>,
     points: Vec<FrequencyPoint>,
+}
+
+impl Pickled for PyFrequencyResponse {
+    type Stored = (Vec<String>, Vec<String>, Vec<FrequencyPoint>);
+
+    fn stored(&self) -> Result<Self::Stored, Failure> {
+        let points = self.points.clone();
+        Ok((self.inputs.clone(), self.outputs.clone(), points))
+    }
+
+    fn restored((inputs, outputs, points): Self::Stored) -> Result<Self, Failure> {
+        Ok(Self {
+            inputs,
+            outputs,
+            points,
+        })
+    }
 }
 
 impl PyFrequencyResponse {
@@ -133,6 +151,10 @@ impl PyFrequencyResponse {
             self.inputs.join(", "),
             self.outputs.join(", ")
         )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 }
 

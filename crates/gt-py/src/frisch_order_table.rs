@@ -6,8 +6,10 @@ use pyo3::types::PyIterator;
 
 use crate::dataset::Names;
 use crate::error::Failure;
+use crate::interrupt::interruptible;
 use crate::order::{Numbers, lags_of_each, range};
 use crate::output_key::OutputKey;
+use crate::pickle::{Reduced, pickle_inner, reduce};
 use crate::record::Given;
 use crate::table::{row, rows};
 
@@ -53,6 +55,10 @@ impl PyFrischOrderTable {
     ) -> Result<Bound<'py, PyAny>, Failure> {
         row(py, "order table", &self.inner.rows, index)
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
+    }
 }
 
 /// What the covariances of a record say of several errors-in-variables orders of one output.
@@ -95,8 +101,10 @@ pub fn py_frisch_order_table(
     let orders = range(orders)?;
     let nk = lags_of_each(nk, data.nu());
     let output = output.map_or(Ok(0), |output| output.index(data.outputs()))?;
-    let inner = u
-        .py()
-        .detach(|| frisch_order_table(&data, output, orders, &nk))?;
+    let inner = interruptible(u.py(), move |_| {
+        Ok(frisch_order_table(&data, output, orders, &nk)?)
+    })?;
     Ok(PyFrischOrderTable { inner })
 }
+
+pickle_inner!(PyFrischOrderTable, FrischOrderTable);

@@ -7,7 +7,9 @@ use pyo3::types::{PyDict, PyIterator};
 use crate::array::json_out;
 use crate::dataset::Names;
 use crate::error::Failure;
+use crate::interrupt::interruptible;
 use crate::order::range;
+use crate::pickle::{Reduced, pickle_inner, reduce};
 use crate::record::Given;
 use crate::table::{row, rows};
 
@@ -50,6 +52,10 @@ impl PyIndexTable {
     ) -> Result<Bound<'py, PyAny>, Failure> {
         row(py, "index table", &self.inner.rows, index)
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
+    }
 }
 
 /// The criteria of canonical structures of several orders, for all sets of indices near the generic
@@ -91,8 +97,10 @@ pub fn py_index_table(
 ) -> Result<PyIndexTable, Failure> {
     let data = Given::new(u, y)?.unknown(inputs, outputs, sample_time_s)?;
     let orders = range(orders)?;
-    let inner = u
-        .py()
-        .detach(|| index_table(&data, orders, spread, feedthrough))?;
+    let inner = interruptible(u.py(), move |_| {
+        Ok(index_table(&data, orders, spread, feedthrough)?)
+    })?;
     Ok(PyIndexTable { inner })
 }
+
+pickle_inner!(PyIndexTable, IndexTable);

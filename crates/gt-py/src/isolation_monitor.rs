@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 
 use crate::array::{json_out, json_text, json_value, vector};
 use crate::error::Failure;
+use crate::pickle::{Pickled, Reduced, reduce};
 use crate::sample_clock::SampleClock;
 
 /// An isolator that takes samples as they come and diagnoses while an alarm is up;
@@ -134,5 +135,28 @@ impl PyIsolationMonitor {
             self.isolator.name,
             if self.alarm() { "up" } else { "none" }
         )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
+    }
+}
+
+impl Pickled for PyIsolationMonitor {
+    type Stored = (Isolator, MonitorState, SampleClock);
+
+    fn stored(&self) -> Result<Self::Stored, Failure> {
+        let isolator = Isolator::clone(&self.isolator);
+        Ok((isolator, self.inner.state(), self.clock))
+    }
+
+    fn restored((isolator, state, clock): Self::Stored) -> Result<Self, Failure> {
+        let mut inner = IsolationMonitor::new(&isolator)?;
+        inner.resume(&state)?;
+        Ok(Self {
+            isolator: Arc::new(isolator),
+            inner,
+            clock,
+        })
     }
 }

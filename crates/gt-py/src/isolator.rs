@@ -6,16 +6,20 @@ use std::sync::Arc;
 use gt_campaign::{FaultDescription, IsolatorPlan, PairRecords, joint_kalman_generator};
 use gt_log::{read_json, write_json};
 use gtfdi::core::Signal;
-use gtfdi::fdi::{IsolationMonitor, IsolationRun, Isolator, NamedAlarm};
+use gtfdi::fdi::{IsolationMonitor, Isolator};
 use gtfdi::ident::ArxModel;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use crate::array::{json_out, json_text, json_value, vector};
+use crate::array::{json_form, json_out, json_text, json_value, vector};
 use crate::bank::{Model, Placement, check_poles, generators, is_kalman, known_records};
 use crate::error::Failure;
+use crate::interrupt::interruptible;
 use crate::isolation_monitor::PyIsolationMonitor;
+use crate::pickle::{Pickled, Reduced, reduce};
 use crate::record::Given;
 
 /// Residual generators, hypotheses about faults, and limits for a false-alarm rate of all of them
@@ -105,11 +109,15 @@ impl PyIsolator {
                 self.inner.sample_time_s(),
             )?,
         };
-        let run = u.py().detach(|| self.inner.run(&data))?;
+        let isolator = Arc::clone(&self.inner);
+        let run = interruptible(u.py(), move |_| Ok(isolator.run(&data)?))?;
         let alarms = run.alarms.iter();
         Ok(PyIsolation {
-            alarms: alarms.map(|alarm| self.inner.named_alarm(alarm)).collect(),
-            run,
+            judged: run.judged,
+            alarms: alarms
+                .map(|alarm| json_form("alarms", &self.inner.named_alarm(alarm)))
+                .collect::<Result<_, Failure>>()?,
+            peaks: run.peaks,
         })
     }
 
@@ -147,11 +155,8 @@ impl PyIsolator {
         })
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<(Bound<'py, PyAny>, (String,)), Failure> {
-        Ok((
-            slf.get_type().getattr("from_json")?,
-            (slf.get().to_json()?,),
-        ))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 
     fn __repr__(&self) -> String {
@@ -166,9 +171,36 @@ impl PyIsolator {
 
 /// What an isolator says of a record.
 #[pyclass(frozen, name = "Isolation", module = "gtfdi")]
+#[derive(Clone, Serialize, Deserialize)]
 pub struct PyIsolation {
-    run: IsolationRun,
-    alarms: Vec<NamedAlarm>,
+    judged: usize,
+    peaks: Vec<f64>,
+    alarms: Vec<Value>,
+}
+
+impl Pickled for PyIsolator {
+    type Stored = Isolator;
+
+    fn stored(&self) -> Result<Isolator, Failure> {
+        Ok(Isolator::clone(&self.inner))
+    }
+
+    fn restored(inner: Isolator) -> Result<Self, Failure> {
+        let inner = Arc::new(inner);
+        Ok(Self { inner })
+    }
+}
+
+impl Pickled for PyIsolation {
+    type Stored = Self;
+
+    fn stored(&self) -> Result<Self, Failure> {
+        Ok(self.clone())
+    }
+
+    fn restored(stored: Self) -> Result<Self, Failure> {
+        Ok(stored)
+    }
 }
 
 #[pymethods]
@@ -186,26 +218,30 @@ impl PyIsolation {
     /// Samples that were judged.
     #[getter]
     fn judged(&self) -> usize {
-        self.run.judged
+        self.judged
     }
 
     /// The largest ratio of a statistic to its limit in each second of the record, an array.
     #[getter]
     fn peaks<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.run.peaks)
+        PyArray1::from_slice(py, &self.peaks)
     }
 
     fn __repr__(&self) -> String {
         let faults: Vec<&str> = self
             .alarms
             .iter()
-            .map(|alarm| alarm.diagnosis.fault.as_deref().unwrap_or("no name"))
+            .map(|alarm| alarm["fault"].as_str().unwrap_or("no name"))
             .collect();
         format!(
             "Isolation({} samples judged, alarms: [{}])",
-            self.run.judged,
+            self.judged,
             faults.join(", ")
         )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 }
 
@@ -336,13 +372,13 @@ pub fn design_isolator(
     half_width: Option<usize>,
 ) -> Result<PyIsolator, Failure> {
     let kalman = is_kalman(generator)?;
-    let (noise, model) = (model.noise(), model.equations());
-    check_poles(model, kalman, poles.as_ref())?;
-    let healthy = known_records(model, &healthy)?;
+    let (noise, model) = (model.noise().cloned(), model.equations().clone());
+    check_poles(&model, kalman, poles.as_ref())?;
+    let healthy = known_records(&model, &healthy)?;
     let faults = faults
         .iter()
         .enumerate()
-        .map(|(index, fault)| described(model, index, fault))
+        .map(|(index, fault)| described(&model, index, fault))
         .collect::<Result<Vec<_>, Failure>>()?;
     let plan = IsolatorPlan {
         arl0_hours: arl0_h,
@@ -351,10 +387,11 @@ pub fn design_isolator(
         limiter,
         half_width,
     };
-    let inner = py.detach(|| -> Result<Isolator, Failure> {
+    let inner = interruptible(py, move |_| {
+        let noise = noise.as_ref();
         let generators = match (kalman, noise) {
             (true, Some(noise)) => vec![joint_kalman_generator(noise)?],
-            _ => generators(model, noise, kalman, poles.as_ref())?,
+            _ => generators(&model, noise, kalman, poles.as_ref())?,
         };
         let name = if kalman { "filters" } else { "observers" };
         plan.design(name, generators, noise, &faults, &healthy)

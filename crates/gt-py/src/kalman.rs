@@ -10,6 +10,7 @@ use crate::array::{json_text, json_value, matrix_out, pair_out, samples_out, vec
 use crate::dataset::names;
 use crate::error::Failure;
 use crate::observer::{Model, model_and_point};
+use crate::pickle::{Pickled, Reduced, reduce};
 use crate::record::Given;
 use crate::state_space::PyStateSpace;
 
@@ -17,7 +18,7 @@ use crate::state_space::PyStateSpace;
 #[pyclass(frozen, eq, name = "KalmanFilter", module = "gtfdi")]
 #[derive(PartialEq)]
 pub struct PyKalmanFilter {
-    inner: ResidualGenerator,
+    pub inner: ResidualGenerator,
 }
 
 impl PyKalmanFilter {
@@ -120,18 +121,11 @@ impl PyKalmanFilter {
     /// A filter from the JSON that ``to_json`` gave; it is checked.
     #[classmethod]
     fn from_json(_class: &Bound<'_, PyType>, text: &str) -> Result<Self, Failure> {
-        let filter = Self {
-            inner: json_value("filter", text)?,
-        };
-        filter.filter()?;
-        Ok(filter)
+        Self::restored(json_value("filter", text)?)
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<(Bound<'py, PyAny>, (String,)), Failure> {
-        Ok((
-            slf.get_type().getattr("from_json")?,
-            (slf.get().to_json()?,),
-        ))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 
     fn __repr__(&self) -> String {
@@ -188,4 +182,19 @@ pub fn kalman(
     Ok(PyKalmanFilter {
         inner: ResidualGenerator::kalman(model, point, noise)?,
     })
+}
+
+impl Pickled for PyKalmanFilter {
+    type Stored = ResidualGenerator;
+
+    fn stored(&self) -> Result<ResidualGenerator, Failure> {
+        Ok(self.inner.clone())
+    }
+
+    /// Refuses a generator without the noise of a filter.
+    fn restored(inner: ResidualGenerator) -> Result<Self, Failure> {
+        let filter = Self { inner };
+        filter.filter()?;
+        Ok(filter)
+    }
 }

@@ -21,21 +21,27 @@ mod arx_model;
 mod arx_options;
 mod arx_structure;
 mod bank;
+mod campaign;
 mod choice;
 mod constrained_arx;
 mod dataset;
+mod dataset_view;
 mod detector;
 mod eiv;
 mod eiv_model;
 mod eiv_order_table;
 mod error;
+mod fleet;
 mod free_run;
 mod frequency_response;
 mod frisch_order_table;
 mod index_table;
+mod interop;
+mod interrupt;
 mod isolation_monitor;
 mod isolator;
 mod kalman;
+mod log;
 mod observer;
 mod observer_design;
 mod order;
@@ -43,19 +49,25 @@ mod order_table;
 mod output_error;
 mod output_key;
 mod output_model;
+mod pickle;
+mod placement;
 mod plant;
 mod pole_zero;
 mod poles;
 mod reading;
 mod record;
 mod residual_report;
+mod riccati;
+mod run_length;
 mod sample_clock;
 mod scenario;
 mod scheduled_arx;
 mod scheduled_model;
 mod state_space;
+mod statistics;
 mod table;
 mod trend;
+mod verdict;
 mod warning;
 
 /// The compiled half of the package.
@@ -72,17 +84,21 @@ mod _gtfdi {
     #[pymodule_export]
     use crate::bank::{PyBank, PyDetection, design};
     #[pymodule_export]
+    use crate::campaign::{campaign_compare, campaign_rows, campaign_run};
+    #[pymodule_export]
     use crate::constrained_arx::{PyConstrainedArx, PyConstrainedFit};
     #[pymodule_export]
     use crate::dataset::PyDataset;
     #[pymodule_export]
-    use crate::detector::{PyDetector, PyVerdict, PyVerdictSeries};
+    use crate::detector::PyDetector;
     #[pymodule_export]
     use crate::eiv::{eiv, frisch};
     #[pymodule_export]
     use crate::eiv_model::PyEivModel;
     #[pymodule_export]
     use crate::eiv_order_table::{PyEivOrderTable, py_eiv_order_table};
+    #[pymodule_export]
+    use crate::fleet::PyFleet;
     #[pymodule_export]
     use crate::free_run::PyFreeRun;
     #[pymodule_export]
@@ -98,6 +114,8 @@ mod _gtfdi {
     #[pymodule_export]
     use crate::kalman::{PyKalmanFilter, kalman};
     #[pymodule_export]
+    use crate::log::{log_export, log_info, log_recover, log_verify};
+    #[pymodule_export]
     use crate::observer::{PyObserver, observer};
     #[pymodule_export]
     use crate::observer_design::{PyObserverDesign, optimise_observer};
@@ -108,11 +126,23 @@ mod _gtfdi {
     #[pymodule_export]
     use crate::output_model::PyOutputModel;
     #[pymodule_export]
+    use crate::pickle::restore;
+    #[pymodule_export]
+    use crate::placement::place;
+    #[pymodule_export]
     use crate::plant::{PyRun, simulate, steady_state, units};
     #[pymodule_export]
     use crate::reading::read;
     #[pymodule_export]
     use crate::residual_report::PyResidualReport;
+    #[pymodule_export]
+    use crate::riccati::{PyRiccati, riccati};
+    #[pymodule_export]
+    use crate::run_length::{
+        cusum_run_length, cusum_threshold, exceedance_limit, exceedance_run_length,
+        mean_delay_bound, run_sum_run_length, run_sum_width, shiryaev_roberts_run_length,
+        shiryaev_roberts_threshold,
+    };
     #[pymodule_export]
     use crate::scheduled_arx::PyScheduledArx;
     #[pymodule_export]
@@ -120,7 +150,15 @@ mod _gtfdi {
     #[pymodule_export]
     use crate::state_space::PyStateSpace;
     #[pymodule_export]
+    use crate::statistics::{
+        PyAdaptiveThreshold, PyCusum, PyGlr, PyGrowingChiSquare, PyGrowingVariance,
+        PyMovingAverage, PyRunSum, PyShiryaevRoberts, PySprt, PyWhiteness, PyWindowedChiSquare,
+        PyWindowedVariance,
+    };
+    #[pymodule_export]
     use crate::trend::PyTrend;
+    #[pymodule_export]
+    use crate::verdict::{PyVerdict, PyVerdictSeries};
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

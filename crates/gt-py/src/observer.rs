@@ -10,6 +10,7 @@ use crate::array::{json_text, json_value, pair_out, vector};
 use crate::dataset::names;
 use crate::error::Failure;
 use crate::output_model::PyOutputModel;
+use crate::pickle::{Pickled, Reduced, reduce};
 use crate::poles::{Poles, python_text};
 use crate::record::Given;
 use crate::state_space::PyStateSpace;
@@ -89,21 +90,11 @@ impl PyObserver {
     /// An observer from the JSON that ``to_json`` gave; it is checked.
     #[classmethod]
     fn from_json(_class: &Bound<'_, PyType>, text: &str) -> Result<Self, Failure> {
-        let inner: ResidualGenerator = json_value("observer", text)?;
-        if inner.noise().is_some() {
-            return Err(Failure::Refusal {
-                option: "observer",
-                reason: "expected placed poles, found the noise of a Kalman filter".to_owned(),
-            });
-        }
-        Ok(Self { inner })
+        Self::restored(json_value("observer", text)?)
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<(Bound<'py, PyAny>, (String,)), Failure> {
-        Ok((
-            slf.get_type().getattr("from_json")?,
-            (slf.get().to_json()?,),
-        ))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 
     fn __repr__(&self) -> String {
@@ -197,4 +188,23 @@ pub fn model_and_point(
         (None, None) => OperatingPoint::zero(model.nu(), model.ny()),
     };
     Ok((model, point))
+}
+
+impl Pickled for PyObserver {
+    type Stored = ResidualGenerator;
+
+    fn stored(&self) -> Result<ResidualGenerator, Failure> {
+        Ok(self.inner.clone())
+    }
+
+    /// Refuses the generator of a Kalman filter.
+    fn restored(inner: ResidualGenerator) -> Result<Self, Failure> {
+        if inner.noise().is_some() {
+            return Err(Failure::Refusal {
+                option: "observer",
+                reason: "expected placed poles, found the noise of a Kalman filter".to_owned(),
+            });
+        }
+        Ok(Self { inner })
+    }
 }

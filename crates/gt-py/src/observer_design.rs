@@ -15,7 +15,9 @@ use serde::{Deserialize, Serialize};
 use crate::array::{json_out, json_text, json_value};
 use crate::choice::named;
 use crate::error::Failure;
+use crate::interrupt::interruptible;
 use crate::observer::{Model, PyObserver, model_and_point};
+use crate::pickle::{Pickled, Reduced, reduce};
 use crate::poles::python_text;
 use crate::record::Given;
 
@@ -37,9 +39,9 @@ pub struct PyObserverDesign {
 }
 
 /// What a search found and the observer that it makes.
-#[derive(PartialEq, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Design {
+pub struct Design {
     search: ObserverDesign,
     observer: ResidualGenerator,
 }
@@ -128,21 +130,11 @@ impl PyObserverDesign {
     /// A design from the JSON that ``to_json`` gave; its observer is checked.
     #[classmethod]
     fn from_json(_class: &Bound<'_, PyType>, text: &str) -> Result<Self, Failure> {
-        let inner: Design = json_value("observer design", text)?;
-        if inner.observer.complex_poles() == inner.search.poles {
-            return Ok(Self { inner });
-        }
-        Err(Failure::Refusal {
-            option: "poles",
-            reason: "expected those of the observer, found others".to_owned(),
-        })
+        Self::restored(json_value("observer design", text)?)
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<(Bound<'py, PyAny>, (String,)), Failure> {
-        Ok((
-            slf.get_type().getattr("from_json")?,
-            (slf.get().to_json()?,),
-        ))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 
     fn __repr__(&self) -> String {
@@ -273,11 +265,30 @@ pub fn optimise_observer(
     };
     let (model, point) = model_and_point(model, point)?;
     let (training, validation) = (records(&pairs, &model)?, records(&validation, &model)?);
-    py.detach(|| {
+    interruptible(py, move |_| {
         let (training, validation) = (borrowed(&training), borrowed(&validation));
         let search = search.design(&model, &point, &training, &validation)?;
         let observer = search.generator(model, point)?;
         let inner = Design { search, observer };
         Ok(PyObserverDesign { inner })
     })
+}
+
+impl Pickled for PyObserverDesign {
+    type Stored = Design;
+
+    fn stored(&self) -> Result<Design, Failure> {
+        Ok(self.inner.clone())
+    }
+
+    /// Refuses a design whose observer has other poles than its search found.
+    fn restored(inner: Design) -> Result<Self, Failure> {
+        if inner.observer.complex_poles() == inner.search.poles {
+            return Ok(Self { inner });
+        }
+        Err(Failure::Refusal {
+            option: "poles",
+            reason: "expected those of the observer, found others".to_owned(),
+        })
+    }
 }

@@ -4,11 +4,12 @@ use std::ops::RangeInclusive;
 
 use gtfdi::ident::OrderChoice;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Failure;
 
 /// A number, or one for each input.
-#[derive(FromPyObject, Clone)]
+#[derive(FromPyObject, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Numbers {
     /// One for all.
     #[pyo3(annotation = "int")]
@@ -41,7 +42,7 @@ pub fn lags_of_each(nk: Option<Numbers>, inputs: usize) -> Vec<usize> {
 }
 
 /// What `order` may be.
-#[derive(FromPyObject, Clone)]
+#[derive(FromPyObject, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Order {
     /// An order.
     #[pyo3(annotation = "int")]

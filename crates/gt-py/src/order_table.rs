@@ -7,7 +7,9 @@ use pyo3::types::{PyDict, PyIterator};
 use crate::arx_structure::Kind;
 use crate::dataset::Names;
 use crate::error::Failure;
+use crate::interrupt::interruptible;
 use crate::order::{Numbers, range, smallest_lags};
+use crate::pickle::{Reduced, pickle_inner, reduce};
 use crate::record::Given;
 use crate::table::{row, rows};
 
@@ -51,6 +53,10 @@ impl PyOrderTable {
         index: isize,
     ) -> Result<Bound<'py, PyAny>, Failure> {
         row(py, "order table", &self.inner.rows, index)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 }
 
@@ -96,6 +102,8 @@ pub fn py_order_table(
     let family = kind.family(smallest_lags(nk))?;
     let orders = range(orders)?;
     let orders = family.searched(orders, data.ny())?;
-    let inner = u.py().detach(|| order_table(&data, orders, &family))?;
+    let inner = interruptible(u.py(), move |_| Ok(order_table(&data, orders, &family)?))?;
     Ok(PyOrderTable { inner })
 }
+
+pickle_inner!(PyOrderTable, OrderTable);

@@ -7,6 +7,8 @@ use crate::array::json_out;
 use crate::arx_model::PyArxModel;
 use crate::choice::named;
 use crate::error::Failure;
+use crate::interrupt::interruptible;
+use crate::pickle::{Reduced, pickle_inner, reduce};
 
 /// The refinement of a diagonal ARX model on the error of its free run, which a second record must
 /// confirm.
@@ -27,7 +29,8 @@ use crate::error::Failure;
 /// >>> refined = gtfdi.OutputErrorRefinement(max_iterations=5).refine(start, train, hold_out)
 /// >>> refined.outputs[0]["train_after"] <= refined.outputs[0]["train_before"]
 /// True
-#[pyclass(frozen, name = "OutputErrorRefinement", module = "gtfdi")]
+#[pyclass(frozen, eq, name = "OutputErrorRefinement", module = "gtfdi")]
+#[derive(PartialEq)]
 pub struct PyOutputErrorRefinement {
     inner: OutputErrorRefinement,
 }
@@ -75,8 +78,13 @@ impl PyOutputErrorRefinement {
         hold_out: &Bound<'_, PyAny>,
     ) -> Result<PyRefined, Failure> {
         let (train, hold_out) = (model.known(train, None)?, model.known(hold_out, None)?);
-        let inner = py.detach(|| self.inner.refine(&model.inner, &train, &hold_out))?;
+        let (wish, start) = (self.inner, model.inner.clone());
+        let inner = interruptible(py, move |_| Ok(wish.refine(&start, &train, &hold_out)?))?;
         Ok(PyRefined { inner })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 }
 
@@ -105,4 +113,12 @@ impl PyRefined {
     fn outputs<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
         json_out(py, "refinement", &self.inner.outputs)
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
+    }
 }
+
+pickle_inner!(PyRefined, Refined);
+
+pickle_inner!(PyOutputErrorRefinement, OutputErrorRefinement);

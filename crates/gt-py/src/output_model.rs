@@ -5,6 +5,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::array::pair_out;
+use crate::error::Failure;
+use crate::pickle::{Reduced, pickle_inner, reduce};
 use crate::state_space::PyStateSpace;
 
 /// The row of one output as a state-space model; other outputs that it uses are inputs of it.
@@ -28,4 +30,10 @@ impl PyOutputModel {
     fn point<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         pair_out(py, &self.inner.point.u, &self.inner.point.y)
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
+    }
 }
+
+pickle_inner!(PyOutputModel, OutputModel);

@@ -11,10 +11,13 @@ use nalgebra::DMatrix;
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde::{Deserialize, Serialize};
 
 use crate::array::samples_out;
-use crate::dataset::{PyDataset, names};
+use crate::dataset::{PyDataset, StoredDataset, names};
 use crate::error::Failure;
+use crate::interrupt::interruptible;
+use crate::pickle::{Pickled, Reduced, reduce};
 use crate::scenario::Arguments;
 
 /// The record of a simulated run; see ``simulate``.
@@ -146,6 +149,63 @@ impl PyRun {
             }
         )
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
+    }
+}
+
+/// A run as it is kept in a pickle.
+#[derive(Serialize, Deserialize)]
+pub struct StoredRun {
+    scenario: Scenario,
+    truth: StoredDataset,
+    measured: StoredDataset,
+    hidden_signals: Vec<Signal>,
+    hidden: DMatrix<f64>,
+    fault_signals: Vec<Signal>,
+    fault_magnitudes: DMatrix<f64>,
+    warnings: Vec<plant::Warning>,
+    ended: bool,
+}
+
+impl Pickled for PyRun {
+    type Stored = StoredRun;
+
+    fn stored(&self) -> Result<StoredRun, Failure> {
+        Ok(StoredRun {
+            scenario: self.scenario.clone(),
+            truth: StoredDataset::from(&*self.truth),
+            measured: StoredDataset::from(&*self.measured),
+            hidden_signals: self.hidden_signals.clone(),
+            hidden: self.hidden.clone(),
+            fault_signals: self.fault_signals.clone(),
+            fault_magnitudes: self.fault_magnitudes.clone(),
+            warnings: self.warnings.clone(),
+            ended: self.ended.is_some(),
+        })
+    }
+
+    /// Why a run ended early has no stored form; such a run, which is short, is simulated again for
+    /// it.
+    fn restored(stored: StoredRun) -> Result<Self, Failure> {
+        let ended = if stored.ended {
+            plant::simulate(&stored.scenario)?.ended
+        } else {
+            None
+        };
+        Ok(Self {
+            scenario: stored.scenario,
+            truth: Arc::new(stored.truth.dataset()?),
+            measured: Arc::new(stored.measured.dataset()?),
+            hidden_signals: stored.hidden_signals,
+            hidden: stored.hidden,
+            fault_signals: stored.fault_signals,
+            fault_magnitudes: stored.fault_magnitudes,
+            warnings: stored.warnings,
+            ended,
+        })
+    }
 }
 
 /// Simulates the gas turbine, a sample every 0.08 s.
@@ -240,7 +300,10 @@ pub fn simulate<'py>(
         substeps,
     };
     let scenario = arguments.scenario()?;
-    let run = py.detach(|| plant::simulate(&scenario))?;
+    let (scenario, run) = interruptible(py, move |_| {
+        let run = plant::simulate(&scenario)?;
+        Ok((scenario, run))
+    })?;
     if let (0, Some(reason)) = (run.truth.len(), &run.ended) {
         // A plant that rests where it may not is no run that ended.
         return Err(reason.clone().into());

@@ -8,6 +8,7 @@ use pyo3::types::{PyDict, PyList};
 use crate::array::{json_out, table_out};
 use crate::choice::named;
 use crate::error::Failure;
+use crate::pickle::{Reduced, pickle_inner, reduce};
 
 /// The options of a test, as given.
 pub fn options(lags: usize, significance: f64, origin: &str) -> Result<ResidualOptions, Failure> {
@@ -126,6 +127,10 @@ impl PyResidualReport {
         }
         Ok(list)
     }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
+    }
 }
 
 impl PyResidualReport {
@@ -151,3 +156,5 @@ impl PyResidualReport {
         table_out(py, values, outputs)
     }
 }
+
+pickle_inner!(PyResidualReport, ResidualReport);

@@ -1,7 +1,9 @@
 //! The times of samples that come without one.
 
+use serde::{Deserialize, Serialize};
+
 /// Time of the first sample since the time was last given, and the samples since then.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct SampleClock {
     since: Option<(f64, usize)>,
 }

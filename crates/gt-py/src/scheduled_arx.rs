@@ -5,12 +5,15 @@ use std::sync::Arc;
 use gtfdi::core::Dataset;
 use gtfdi::ident::schedule::{Estimation, ScheduledArx, ScheduledModel};
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::arx_structure::StructureOptions;
 use crate::choice::named;
 use crate::dataset::Names;
 use crate::error::Failure;
+use crate::interrupt::interruptible;
 use crate::order::{Numbers, Order};
+use crate::pickle::{Pickled, Reduced, reduce};
 use crate::record::unknown_records;
 use crate::scheduled_model::PyScheduledModel;
 use crate::warning::warn;
@@ -42,7 +45,8 @@ use crate::warning::warn;
 /// >>> model = gtfdi.ScheduledArx("M_f", [low, high], na=1, nb=[1, 0]).fit(data)
 /// >>> model.channel, len(model.points)
 /// ('M_f', 2)
-#[pyclass(frozen, name = "ScheduledArx", module = "gtfdi")]
+#[pyclass(frozen, eq, name = "ScheduledArx", module = "gtfdi")]
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
 pub struct PyScheduledArx {
     structure: StructureOptions,
     channel: String,
@@ -117,11 +121,16 @@ impl PyScheduledArx {
     ) -> Result<PyScheduledModel, Failure> {
         let py = u.py();
         let records = unknown_records(u, y, inputs.as_ref(), outputs.as_ref(), sample_time_s)?;
-        let (inner, warning) = py.detach(|| self.fit_records(records))?;
+        let wish = self.clone();
+        let (inner, warning) = interruptible(py, move |_| wish.fit_records(records))?;
         if let Some(warning) = warning {
             warn(py, &warning)?;
         }
         Ok(PyScheduledModel { inner })
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 }
 
@@ -136,5 +145,17 @@ impl PyScheduledArx {
             .estimation(self.estimation);
         let records: Vec<Dataset> = records.into_iter().map(Arc::unwrap_or_clone).collect();
         Ok((wish.fit(&records)?, warning))
+    }
+}
+
+impl Pickled for PyScheduledArx {
+    type Stored = Self;
+
+    fn stored(&self) -> Result<Self, Failure> {
+        Ok(self.clone())
+    }
+
+    fn restored(stored: Self) -> Result<Self, Failure> {
+        Ok(stored)
     }
 }

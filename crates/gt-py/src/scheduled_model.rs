@@ -13,6 +13,7 @@ use crate::arx_model::PyArxModel;
 use crate::dataset::names;
 use crate::error::Failure;
 use crate::free_run::PyFreeRun;
+use crate::pickle::{Reduced, pickle_inner, reduce};
 use crate::record::Given;
 
 /// ARX models along a scheduling channel; ``ScheduledArx.fit`` makes one.
@@ -147,11 +148,8 @@ impl PyScheduledModel {
         Ok(Self { inner })
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<(Bound<'py, PyAny>, (String,)), Failure> {
-        Ok((
-            slf.get_type().getattr("from_json")?,
-            (slf.get().to_json()?,),
-        ))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 
     fn __repr__(&self) -> String {
@@ -181,3 +179,5 @@ impl PyScheduledModel {
         Given::new(u, y)?.known(model.inputs(), model.outputs(), model.sample_time_s())
     }
 }
+
+pickle_inner!(PyScheduledModel, ScheduledModel);

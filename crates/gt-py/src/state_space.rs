@@ -9,6 +9,11 @@ use pyo3::types::PyType;
 use crate::array::{json_text, json_value, matrix, matrix_out, samples, samples_out, vector};
 use crate::dataset::{Names, names, signals};
 use crate::error::Failure;
+use crate::interop::call;
+use crate::pickle::{Reduced, pickle_inner, reduce};
+
+/// The Python module that knows the systems of other packages.
+const SYSTEMS: &str = "gtfdi._systems";
 
 /// Most Markov parameters at once: more would ask for more memory than there is.
 const MOST_MARKOV_PARAMETERS: usize = 1_000_000;
@@ -168,11 +173,78 @@ impl PyStateSpace {
         Ok(Self { inner })
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Result<(Bound<'py, PyAny>, (String,)), Failure> {
-        Ok((
-            slf.get_type().getattr("from_json")?,
-            (slf.get().to_json()?,),
-        ))
+    /// The model as a ``control.StateSpace`` with the same matrices, sample time and names.
+    ///
+    /// Needs the package ``control`` (``pip install 'gtfdi[control]'``).
+    ///
+    /// Examples
+    /// --------
+    /// >>> system = model.state_space().to_control()
+    /// >>> system.dt, system.nstates
+    /// (0.08, 8)
+    fn to_control<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        call(slf.py(), SYSTEMS, "to_control", (slf,))
+    }
+
+    /// The model of a system of the package ``control`` in discrete time.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     Continuous time, or a sample time that is not given.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import control
+    /// >>> first = gtfdi.StateSpace.from_control(control.tf([1.0], [1.0, -0.5], 0.1))
+    /// >>> first.poles().real, first.dt
+    /// (array([0.5]), 0.1)
+    #[classmethod]
+    fn from_control<'py>(
+        class: &Bound<'py, PyType>,
+        system: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        call(class.py(), SYSTEMS, "from_control", (system,))
+    }
+
+    /// The model as a ``scipy.signal.dlti`` in state space.
+    ///
+    /// Needs the package ``scipy`` (``pip install 'gtfdi[scipy]'``).
+    ///
+    /// Examples
+    /// --------
+    /// >>> model.state_space().to_scipy().dt
+    /// 0.08
+    fn to_scipy<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        call(slf.py(), SYSTEMS, "to_scipy", (slf,))
+    }
+
+    /// The model of a ``scipy.signal.dlti`` of any form, which has no names of its own.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     Continuous time, or a sample time that is not given.
+    ///
+    /// Examples
+    /// --------
+    /// >>> from scipy import signal
+    /// >>> system = signal.dlti([1.0], [1.0, -0.5], dt=0.1)
+    /// >>> gtfdi.StateSpace.from_scipy(system, outputs="level").outputs
+    /// ['level']
+    #[classmethod]
+    #[pyo3(signature = (system, inputs=None, outputs=None))]
+    fn from_scipy<'py>(
+        class: &Bound<'py, PyType>,
+        system: &Bound<'py, PyAny>,
+        inputs: Option<&Bound<'py, PyAny>>,
+        outputs: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        call(class.py(), SYSTEMS, "from_scipy", (system, inputs, outputs))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 
     fn __repr__(&self) -> String {
@@ -185,3 +257,5 @@ impl PyStateSpace {
         )
     }
 }
+
+pickle_inner!(PyStateSpace, StateSpace);

@@ -4,6 +4,9 @@ use gtfdi::core::Trend;
 use nalgebra::DVector;
 use pyo3::prelude::*;
 
+use crate::error::Failure;
+use crate::pickle::{Reduced, pickle_inner, reduce};
+
 /// Straight lines in time through the channels of a record: what ``Dataset.detrended`` subtracts
 /// from a channel at time t is ``slope * (t - centre_time_s)``.
 ///
@@ -70,15 +73,9 @@ impl PyTrend {
         )
     }
 
-    fn __reduce__<'py>(
-        slf: &Bound<'py, Self>,
-    ) -> (Bound<'py, pyo3::types::PyType>, (Vec<f64>, Vec<f64>, f64)) {
-        let this = slf.get();
-        let parts = (
-            this.u_slope_per_s(),
-            this.y_slope_per_s(),
-            this.inner.centre_time_s,
-        );
-        (slf.get_type(), parts)
+    fn __reduce__<'py>(&self, py: Python<'py>) -> Result<Reduced<'py>, Failure> {
+        reduce(py, self)
     }
 }
+
+pickle_inner!(PyTrend, Trend);

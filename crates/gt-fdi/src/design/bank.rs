@@ -293,7 +293,7 @@ impl Detector {
 }
 
 /// An alarm event.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Alarm {
     /// Time at which the alarm came up, in seconds.
     pub time_s: f64,
@@ -318,7 +318,7 @@ pub struct Alarm {
 }
 
 /// What a bank says of a record.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BankRun {
     /// Times of the samples in seconds (N).
     pub time_s: Vec<f64>,

@@ -13,7 +13,7 @@ use super::{Evaluator, ExceedanceRun, Persistence, Statistic, Update};
 const CEILING: f64 = 2.0;
 
 /// What a test says of one sample.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::struct_excessive_bools)] // four independent answers, read by name
 pub struct ChannelVerdict {
     /// The residual: in the output's unit where the test watches one output as it is, in standard

@@ -4,7 +4,7 @@ use alloc::string::String;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::channel::{Channel, ChannelVerdict};
 use super::clock::{Clock, StepError};
@@ -13,7 +13,7 @@ use super::fingerprint::Fingerprint;
 use super::{Generator, Update};
 
 /// What the detector says of one sample.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// Time of the sample in seconds.
     pub time_s: f64,

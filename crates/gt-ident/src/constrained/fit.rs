@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use gt_core::{Dataset, index_of};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::cost::RowCost;
 use super::dc_gain::{DcGain, RowGain};
@@ -31,7 +31,7 @@ pub struct ConstrainedArx {
 }
 
 /// A fit with its account.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ConstrainedFit {
     /// The model, in the same form as an unconstrained fit's.
     pub model: ArxModel,
@@ -40,7 +40,7 @@ pub struct ConstrainedFit {
 }
 
 /// What the constraints cost one output.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ConstrainedRow {
     /// The output's name.
     pub output: String,
@@ -61,7 +61,7 @@ pub struct ConstrainedRow {
 }
 
 /// A constraint that binds.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ActiveConstraint {
     /// The poles may not come closer to the circle of the largest radius at this angle.

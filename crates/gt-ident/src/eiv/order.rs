@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use gt_core::Dataset;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::fit::default_frequencies;
 use super::joint::{Joint, estimate};
@@ -12,7 +12,7 @@ use super::row::EivLags;
 use crate::IdentError;
 
 /// One order of an [`EivOrderTable`].
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EivOrderRow {
     /// The order `n` of every output's relation.
     pub order: usize,
@@ -29,7 +29,7 @@ pub struct EivOrderRow {
 }
 
 /// The likelihoods of several orders, all from one spectrum of the whole record.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EivOrderTable {
     /// Samples of the record, `N`.
     pub samples: usize,

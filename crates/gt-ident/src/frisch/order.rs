@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use gt_core::Dataset;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::covariance::{LaggedCovariance, ScaledRecord};
 use super::criterion::Criterion;
@@ -19,7 +19,7 @@ use crate::symmetric::symmetric_eigen;
 const LAGS: usize = 5;
 
 /// What the covariances say of one order.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrischOrderRow {
     /// The order `n`.
     pub order: usize,
@@ -45,7 +45,7 @@ pub struct FrischOrderRow {
 }
 
 /// Several orders on the same window, with the same moments.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FrischOrderTable {
     /// Rows of the window: the samples from lag `n + 5` of the highest order on.
     pub window_rows: usize,

@@ -1,7 +1,7 @@
 //! What is refined, and whether a second record agrees.
 
 use gt_core::Dataset;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::run::RowRun;
 use super::search::search;
@@ -10,7 +10,7 @@ use crate::regressor::Deviations;
 use crate::{ArxModel, ArxRow, ArxStructure, IdentError, Term};
 
 /// What a free run over the training record starts from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum InitialOutputs {
     /// The outputs before the window are parameters, `na` a row: with noisy outputs the measured
     /// ones would pull at the coefficients for as long as the slowest pole remembers them.
@@ -27,7 +27,7 @@ pub enum InitialOutputs {
 /// | `initial` | estimated | what the training run starts from | [`InitialOutputs`] |
 /// | `max_radius` | 0.9999 | largest modulus of a pole | above 0, below 1 |
 /// | `max_iterations` | 60 | most steps for a row | `0..` |
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct OutputErrorRefinement {
     initial: InitialOutputs,
     max_radius: f64,
@@ -41,7 +41,7 @@ impl Default for OutputErrorRefinement {
 }
 
 /// A refined model and what came of each row.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Refined {
     /// The model: accepted rows are new, refused ones as they were. `residual_variance` stays the
     /// mean square of the equation error, now over the training record, so that it rises.
@@ -52,7 +52,7 @@ pub struct Refined {
 
 /// The free-run errors of one output before and after; root mean squares in the output's unit,
 /// over all samples but the first `max_lag`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RefinedOutput {
     /// The output's name.
     pub output: String,

@@ -1,6 +1,6 @@
 //! Autocorrelation of the residuals of one output.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::residuals::Residuals;
 use crate::distributions::normal_quantile;
@@ -8,7 +8,7 @@ use crate::distributions::normal_quantile;
 /// `r_k = sum e(t) e(t - k) / sum e(t)^2` of one output, with the band that white errors keep to.
 ///
 /// The errors are taken about zero: an offset is an error of the model.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Autocorrelation {
     /// The output's name.
     pub output: String,

@@ -1,12 +1,12 @@
 //! The outcome of one chi-square test.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::distributions::{chi_square_tail, chi_square_threshold};
 
 /// A statistic that is distributed as `scale` times a chi-square variable where the hypothesis
 /// holds.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ChiSquareTest {
     /// The statistic.
     pub statistic: f64,

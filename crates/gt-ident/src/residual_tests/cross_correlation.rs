@@ -3,14 +3,14 @@
 use std::ops::RangeInclusive;
 
 use nalgebra::{DMatrix, DVector};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::ChiSquareTest;
 use super::residuals::{Residuals, Span};
 use crate::distributions::normal_quantile;
 
 /// `r(tau) = sum e(t) u(t - tau) / (T sigma_e sigma_u)` of one output and one input.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CrossCorrelation {
     /// The output's name.
     pub output: String,

@@ -15,13 +15,13 @@ pub use options::{RecordOrigin, ResidualOptions};
 pub use verdict::{OutputVerdict, ResidualVerdict, Verdict};
 
 use gt_core::{Dataset, Signal, index_of};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{ArxModel, Channel, IdentError};
 use residuals::Residuals;
 
 /// The tests on the equation errors (one step ahead) of a model on a record.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ResidualReport {
     /// Number of residuals of each output, `T`.
     pub rows: usize,
@@ -38,8 +38,6 @@ pub struct ResidualReport {
     pub cross_correlations: Vec<CrossCorrelation>,
     /// Independence of each output's errors from the past of all inputs together.
     pub independence: Vec<Option<ChiSquareTest>>,
-    #[serde(skip)]
-    signals: [Vec<Signal>; 2],
 }
 
 /// Tests the equation errors of `model` on `data`.
@@ -77,7 +75,6 @@ pub fn test_residuals(
         hosking: whiteness::hosking(&residuals),
         cross_correlations: Vec::with_capacity(data.ny() * data.nu()),
         independence: Vec::with_capacity(data.ny()),
-        signals: [data.inputs().to_vec(), data.outputs().to_vec()],
     };
     for (output, signal) in data.outputs().iter().enumerate() {
         let auto = Autocorrelation::new(&residuals, output, &signal.name, significance);
@@ -111,10 +108,15 @@ impl ResidualReport {
         output: &str,
         input: &str,
     ) -> Result<&CrossCorrelation, IdentError> {
-        let [inputs, outputs] = &self.signals;
-        let row = index_of(outputs, output)?;
-        let column = index_of(inputs, input)?;
-        Ok(&self.cross_correlations[row * inputs.len() + column])
+        let names = |names: &mut dyn Iterator<Item = &String>| -> Vec<Signal> {
+            names.map(|name| Signal::new(name, "")).collect()
+        };
+        let outputs = names(&mut self.autocorrelations.iter().map(|each| &each.output));
+        let row = index_of(&outputs, output)?;
+        let channels = self.cross_correlations.len() / outputs.len();
+        let own = &self.cross_correlations[row * channels..][..channels];
+        let inputs = names(&mut own.iter().map(|each| &each.input));
+        Ok(&own[index_of(&inputs, input)?])
     }
 
     /// What the tests say at the significance of the options.

@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// An edge of a map.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MapEdge {
     /// The line of the lowest speed.
@@ -48,7 +48,7 @@ impl fmt::Display for MapEdge {
 }
 
 /// How an operating point left a map.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct MapExit {
     /// Over which edge; over one of speed where both coordinates lie outside.
     pub edge: MapEdge,

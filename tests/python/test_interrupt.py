@@ -1,0 +1,92 @@
+"""Ctrl-C in long work: the call ends with KeyboardInterrupt, and says what becomes of the work."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+# A call answers within two looks, 0.1 s; what this allows for is a machine that is busy.
+LIMIT_S = 5.0
+
+# Each is far longer than a test may take, so that an end can only be the interrupt's.
+CALLS = {
+    "simulate": "gtfdi.simulate(1e5)",
+    "arx": "gtfdi.arx(u, y, order=(1, 400))",
+    "eiv": "gtfdi.eiv(u, y, order=(1, 60))",
+    "eiv_order_table": "gtfdi.eiv_order_table(u, y, (1, 60))",
+    "frisch_order_table": "gtfdi.frisch_order_table(u, y, (1, 200))",
+    "order_table": "gtfdi.order_table(u, y, (1, 400))",
+    "optimise_observer": (
+        "gtfdi.optimise_observer(part, [(healthy, faulty)], random_starts=10**7, radius=0.9)"
+    ),
+    "process": "glr.process(np.zeros(100_000_000))",
+}
+
+PROGRAM = """
+    import sys, time
+    import numpy as np
+    import gtfdi
+    from gtfdi.statistics import Glr
+
+    glr = Glr("ramp", (1e-4, 1e-2), 12.0, longest=65_536)
+    generator = np.random.default_rng(1)
+    u = generator.standard_normal((40_000, 2))
+    y = generator.standard_normal((40_000, 1)) + np.cumsum(u[:, :1], axis=0) / 100
+    drift = {"case": "thermocouple_drift", "onset_s": 10.0, "rate_percent_per_h": 50.0}
+    healthy, faulty = (
+        gtfdi.simulate(40.0, seed=7, faults=faults).measured for faults in ([], [drift])
+    )
+    part = gtfdi.arx(healthy, order=3, inputs=["a_v", "M_f"], outputs="t3").output_model(0)
+    print("ready", flush=True)
+    try:
+        CALL
+    except KeyboardInterrupt as stopped:
+        print("stopped", *getattr(stopped, "__notes__", []), flush=True)
+        assert gtfdi.steady_state()["p7"] > 0.0  # the package goes on
+        # What was given up may go on in its thread; leaving ends it.
+        print("well", flush=True)
+        sys.exit(0)
+    print("the call came to its end", flush=True)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT for another process")
+@pytest.mark.parametrize("name", CALLS)
+def test_ctrl_c_ends_a_long_call(name):
+    program = textwrap.dedent(PROGRAM).replace("CALL", CALLS[name])
+    child = subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    try:
+        assert child.stdout.readline() == "ready\n", child.stderr.read()
+        # Within the call: what comes before it has been said.
+        with pytest.raises(subprocess.TimeoutExpired):
+            child.wait(0.7)
+        os.kill(child.pid, signal.SIGINT)
+        out, complaint = child.communicate(timeout=LIMIT_S)
+    finally:
+        child.kill()
+    assert out.startswith("stopped"), (out, complaint)
+    assert out.endswith("well\n"), (out, complaint)
+    assert child.returncode == 0, complaint
+    if sys.version_info >= (3, 11) and name != "process":
+        assert "the result is given up" in out
+
+
+def test_a_handler_that_does_not_raise_does_not_end_the_call():
+    program = """
+        import os, signal, threading, time
+        import gtfdi
+
+        heard = []
+        signal.signal(signal.SIGINT, lambda *_: heard.append(True))
+        threading.Timer(0.1, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        run = gtfdi.simulate(4000.0)
+        assert len(run) == 50_000, len(run)
+        time.sleep(0.3)
+        assert heard
+    """
+    subprocess.run([sys.executable, "-c", textwrap.dedent(program)], check=True, timeout=300)
