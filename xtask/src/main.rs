@@ -119,6 +119,9 @@ fn test_python() -> Result<(), String> {
     if pip(&["--only-binary", ":all:", "pyarrow", "duckdb"]).is_err() {
         println!("no pyarrow and duckdb: Parquet is not compared with what they read and write");
     }
+    if pip(&["--only-binary", ":all:", "nbclient", "ipykernel"]).is_err() {
+        println!("no nbclient and ipykernel: the notebooks' cells are run without Jupyter");
+    }
     // Away from the sources, so that the installed package is what the tests import.
     let mut tests = Command::new(&python);
     if let Some(binary) = binary(&root) {
