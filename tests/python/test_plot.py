@@ -123,7 +123,12 @@ def test_a_pole_map_has_poles_zeros_and_their_ellipses(fit):
     assert np.array_equal(lines["poles"].get_xdata(), np.real(poles))
     assert np.array_equal(lines["poles"].get_ydata(), np.imag(poles))
     zeros = [zero for channel in report["channels"] for zero in channel["zeros"]]
-    assert len(lines["zeros"].get_xdata()) == len(zeros)
+    (drawn,) = (line for label, line in lines.items() if label.startswith("zeros"))
+    assert np.array_equal(drawn.get_xdata(), np.real([zero["value"] for zero in zeros]))
+    view = ax.get_xlim()[1]
+    assert view >= max(1.0, np.abs(poles).max())
+    away = sum(max(abs(zero["value"].real), abs(zero["value"].imag)) > view for zero in zeros)
+    assert drawn.get_label() == (f"zeros ({away} out of view)" if away else "zeros")
     known = [own for own in [*zeros, *report["poles"]] if own["covariance"] is not None]
     assert len(ax.patches) == len(known)
     # The half axes squared over -2 ln(1 - confidence) are the eigenvalues of the covariance.

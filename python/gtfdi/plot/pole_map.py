@@ -22,6 +22,8 @@ def pole_map(
 ) -> Axes:
     """Poles (crosses) inside the unit circle; of an ArxFit also zeros (rings) and error ellipses.
 
+    The circle and all poles are in view. Zeros may lie far away; the legend says how many do.
+
     Parameters
     ----------
     model : StateSpace, ArxModel, ArxFit, Observer or ObserverDesign
@@ -55,17 +57,25 @@ def pole_map(
     drawn.plot(np.cos(angle), np.sin(angle), color="0.6", linewidth=0.8, label="unit circle")
     if isinstance(model, ArxFit):
         report = model.pole_zero()
+        poles = np.array([complex(pole["value"]) for pole in report["poles"]])
+        view = _view(poles)
         zeros = [zero for channel in report["channels"] for zero in channel["zeros"]]
         # Normal errors of both parts: the square of their distance has a chi-square law of 2.
         scale = math.sqrt(-2.0 * math.log1p(-confidence))
         if zeros:
-            _points(drawn, (zero["value"] for zero in zeros), "o", "zeros")
+            values = np.array([complex(zero["value"]) for zero in zeros])
+            away = int((np.maximum(np.abs(values.real), np.abs(values.imag)) > view).sum())
+            _points(drawn, values, "o", f"zeros ({away} out of view)" if away else "zeros")
             _ellipses(drawn, zeros, scale)
-        _points(drawn, (pole["value"] for pole in report["poles"]), "x", "poles")
+        _points(drawn, poles, "x", "poles")
         _ellipses(drawn, report["poles"], scale)
     else:
-        _points(drawn, _poles(model), "x", "poles")
-    drawn.set_aspect("equal", adjustable="datalim")
+        poles = np.asarray(_poles(model), dtype=complex)
+        view = _view(poles)
+        _points(drawn, poles, "x", "poles")
+    drawn.set_xlim(-view, view)
+    drawn.set_ylim(-view, view)
+    drawn.set_aspect("equal", adjustable="box")
     drawn.set_xlabel("real part")
     drawn.set_ylabel("imaginary part")
     drawn.legend(loc="best")
@@ -80,8 +90,12 @@ def _poles(model: StateSpace | ArxModel | Observer | ObserverDesign) -> NDArray[
     return model.poles
 
 
-def _points(ax: Axes, roots: Iterable[complex], marker: str, label: str) -> None:
-    values = np.array([complex(root) for root in roots])
+def _view(poles: NDArray[Any]) -> float:
+    """Half the width of the map: the circle and all poles, with room around them."""
+    return 1.15 * max(1.0, float(np.abs(poles).max(initial=0.0)))
+
+
+def _points(ax: Axes, values: NDArray[Any], marker: str, label: str) -> None:
     colour = "C0" if marker == "x" else "C1"
     ax.plot(
         values.real,
