@@ -7,13 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from document import repository
+
 import gtfdi
 
 
 @pytest.fixture(scope="session")
 def root() -> Path:
-    """The repository, from GTFDI_ROOT or from this file's place."""
-    return Path(os.environ.get("GTFDI_ROOT") or Path(__file__).resolve().parents[2])
+    """The repository."""
+    return repository()
 
 
 @pytest.fixture(scope="session")

@@ -124,6 +124,9 @@ fn test_python() -> Result<(), String> {
             println!("no {extra}: what is exchanged with it is not tested");
         }
     }
+    if pip(&["--only-binary", ":all:", "nbclient", "ipykernel"]).is_err() {
+        println!("no nbclient and ipykernel: the notebooks' cells are run without Jupyter");
+    }
     // Away from the sources, so that the installed package is what the tests import.
     let mut tests = Command::new(&python);
     if let Some(binary) = binary(&root) {
