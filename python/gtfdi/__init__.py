@@ -86,6 +86,7 @@ from gtfdi._gtfdi import (
     simulate,
     steady_state,
     units,
+    write_report,
 )
 
 __all__ = [
@@ -159,4 +160,5 @@ __all__ = [
     "statistics",
     "steady_state",
     "units",
+    "write_report",
 ]

@@ -89,6 +89,7 @@ __all__ = [
     "simulate",
     "steady_state",
     "units",
+    "write_report",
 ]
 
 __version__: str
@@ -1318,6 +1319,12 @@ def steady_state(
     variant: str = "prototype", map_set: str = "paper"
 ) -> dict[str, float]: ...
 def units(variant: str = "prototype") -> dict[str, str]: ...
+def write_report(
+    folder: _Path,
+    subject: Bank | Isolator | ArxFit | ArxModel | EivModel,
+    u: _Record,
+    y: ArrayLike | None = None,
+) -> None: ...
 def read(
     path: _Path,
     *,

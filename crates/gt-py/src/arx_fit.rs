@@ -48,8 +48,8 @@ const SOLVERS: [(&str, SolvedBy); 3] = [
 #[pyclass(frozen, eq, name = "ArxFit", module = "gtfdi")]
 #[derive(PartialEq)]
 pub struct PyArxFit {
-    model: ArxModel,
-    covariance: Vec<DMatrix<f64>>,
+    pub model: ArxModel,
+    pub covariance: Vec<DMatrix<f64>>,
     solved_by: Option<Vec<SolvedBy>>,
 }
 

@@ -34,7 +34,7 @@ use crate::record::Given;
 #[pyclass(frozen, eq, name = "Bank", module = "gtfdi")]
 #[derive(PartialEq)]
 pub struct PyBank {
-    inner: Arc<Bank>,
+    pub inner: Arc<Bank>,
 }
 
 impl PyBank {

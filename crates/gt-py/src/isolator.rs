@@ -27,7 +27,7 @@ use crate::record::Given;
 #[pyclass(frozen, eq, name = "Isolator", module = "gtfdi")]
 #[derive(PartialEq)]
 pub struct PyIsolator {
-    inner: Arc<Isolator>,
+    pub inner: Arc<Isolator>,
 }
 
 #[pymethods]

@@ -56,6 +56,7 @@ mod pole_zero;
 mod poles;
 mod reading;
 mod record;
+mod report;
 mod residual_report;
 mod riccati;
 mod run_length;
@@ -133,6 +134,8 @@ mod _gtfdi {
     use crate::plant::{PyRun, simulate, steady_state, units};
     #[pymodule_export]
     use crate::reading::read;
+    #[pymodule_export]
+    use crate::report::write_report;
     #[pymodule_export]
     use crate::residual_report::PyResidualReport;
     #[pymodule_export]

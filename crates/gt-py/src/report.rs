@@ -1,0 +1,183 @@
+//! `write_report`: a page about a model, or about what a detector finds in a record.
+
+use std::path::PathBuf;
+
+use gt_campaign::reports::{
+    ModelReport, Provenance, detection_report, isolation_report, model_report,
+};
+use gtfdi::core::{Dataset, Signal};
+use gtfdi::ident::eiv::EivModel;
+use gtfdi::ident::{ArxModel, Start, ValidationOptions, validate_records};
+use nalgebra::DMatrix;
+use pyo3::prelude::*;
+
+use crate::arx_fit::PyArxFit;
+use crate::arx_model::PyArxModel;
+use crate::bank::PyBank;
+use crate::eiv_model::PyEivModel;
+use crate::error::Failure;
+use crate::isolator::PyIsolator;
+use crate::record::Given;
+
+/// What a report is about.
+#[derive(FromPyObject)]
+pub enum Subject<'py> {
+    /// What a bank finds.
+    #[pyo3(annotation = "Bank")]
+    Bank(Bound<'py, PyBank>),
+    /// What an isolator finds.
+    #[pyo3(annotation = "Isolator")]
+    Isolator(Bound<'py, PyIsolator>),
+    /// A model with the covariance of its coefficients.
+    #[pyo3(annotation = "ArxFit")]
+    Fit(Bound<'py, PyArxFit>),
+    /// A model.
+    #[pyo3(annotation = "ArxModel")]
+    Arx(Bound<'py, PyArxModel>),
+    /// A model with the noise on its channels.
+    #[pyo3(annotation = "EivModel")]
+    Eiv(Bound<'py, PyEivModel>),
+}
+
+/// Writes a report into a folder: ``index.html``, which needs nothing else and asks for no network,
+/// and each of its charts as SVG and CSV below ``figures``.
+///
+/// Of a model it shows the errors on the record, prediction and free run, tests of the one-step
+/// errors, equations, poles, zeros and frequency responses, with their errors where ``subject`` is
+/// an ``ArxFit``, and the noise of an ``EivModel``. Of a bank or an isolator it shows what it finds in
+/// the record: alarms, promises, residuals and statistics with their limits.
+///
+/// Parameters
+/// ----------
+/// folder : path
+///     Made where it is missing; files of the same names are replaced.
+/// subject : Bank, Isolator, ArxFit, ArxModel or EivModel
+///     What the report is about.
+/// u, y
+///     The record: a Dataset, or arrays with the channels of ``subject``.
+///
+/// Raises
+/// ------
+/// DataError, DesignError, IdentError
+///     A record that does not fit.
+/// OSError
+///     A folder that cannot be made or written.
+///
+/// Examples
+/// --------
+/// >>> gtfdi.write_report("report", model, run.measured)
+/// >>> gtfdi.write_report("found", bank, run.measured)
+#[pyfunction]
+#[pyo3(signature = (folder, subject, u, y=None))]
+pub fn write_report(
+    py: Python<'_>,
+    folder: PathBuf,
+    subject: Subject<'_>,
+    u: &Bound<'_, PyAny>,
+    y: Option<&Bound<'_, PyAny>>,
+) -> Result<(), Failure> {
+    let given = Given::new(u, y)?;
+    let provenance = Provenance::default();
+    let document = match &subject {
+        Subject::Bank(bank) => {
+            let bank = &bank.get().inner;
+            let (inputs, outputs) = (bank.inputs(), bank.outputs());
+            let data = given.known(
+                &Signal::named(&inputs),
+                &Signal::named(&outputs),
+                bank.sample_time_s(),
+            )?;
+            py.detach(|| -> Result<_, Failure> {
+                let run = bank.run(&data)?;
+                Ok(detection_report(bank, &data, &run, &provenance))
+            })?
+        }
+        Subject::Isolator(isolator) => {
+            let isolator = &isolator.get().inner;
+            let (inputs, outputs) = (isolator.inputs(), isolator.outputs());
+            let data = given.known(
+                &Signal::named(&inputs),
+                &Signal::named(&outputs),
+                isolator.sample_time_s(),
+            )?;
+            py.detach(|| isolation_report(isolator, &data, &provenance))?
+        }
+        Subject::Fit(fit) => {
+            let fit = fit.get();
+            let about = About {
+                model: &fit.model,
+                method: "arx",
+                noise: None,
+                covariances: Some(&fit.covariance),
+            };
+            about.document(py, given, &provenance)?
+        }
+        Subject::Arx(model) => {
+            let about = About {
+                model: &model.get().inner,
+                method: "arx",
+                noise: None,
+                covariances: None,
+            };
+            about.document(py, given, &provenance)?
+        }
+        Subject::Eiv(model) => {
+            let noise = &model.get().inner;
+            let about = About {
+                model: noise.relation(),
+                method: "eiv",
+                noise: Some(noise),
+                covariances: None,
+            };
+            about.document(py, given, &provenance)?
+        }
+    };
+    Ok(py.detach(|| document.write(&folder))?)
+}
+
+/// A model with what its kind knows of it.
+struct About<'a> {
+    model: &'a ArxModel,
+    method: &'static str,
+    noise: Option<&'a EivModel>,
+    covariances: Option<&'a [DMatrix<f64>]>,
+}
+
+impl About<'_> {
+    fn document(
+        &self,
+        py: Python<'_>,
+        given: Given<'_>,
+        provenance: &Provenance,
+    ) -> Result<gt_campaign::report::Document, Failure> {
+        let model = self.model;
+        let data = given.known(model.inputs(), model.outputs(), model.sample_time_s())?;
+        // Noise on the first samples would ring through a run that takes them as they are.
+        let start = match self.noise {
+            Some(_) => Start::Fitted,
+            None => Start::Measured,
+        };
+        py.detach(|| {
+            let options = ValidationOptions {
+                start,
+                residual_tests: self.noise.is_none(),
+                ..ValidationOptions::default()
+            };
+            let records: [&Dataset; 1] = [&data];
+            let scores = validate_records(model, &records, options)?;
+            let report = ModelReport {
+                model,
+                method: self.method,
+                noise: self.noise,
+                covariances: self.covariances,
+                train_samples: model.rows_used(),
+                validation: &records,
+                scores: &scores,
+                start,
+                orders: None,
+                findings: Vec::new(),
+            };
+            Ok(model_report(&report, provenance))
+        })
+    }
+}
