@@ -76,7 +76,9 @@ impl Chart {
         ];
         if self.form == Form::Square {
             let longest = axes.iter().map(Axis::per_pixel).fold(0.0, f64::max);
-            axes.iter_mut().for_each(|axis| axis.widen(longest));
+            for axis in &mut axes {
+                axis.widen(longest);
+            }
         }
         axes
     }
@@ -215,8 +217,7 @@ impl Chart {
             let (from, to) = (x - 24.0, x - 5.0);
             let middle = f64::midpoint(from, to);
             let key = match series.stroke {
-                Stroke::Line => format!("M{from:.1} {0}L{to:.1} {0}", y - 4.0),
-                Stroke::Dashed => format!("M{from:.1} {0}L{to:.1} {0}", y - 4.0),
+                Stroke::Line | Stroke::Dashed => format!("M{from:.1} {0}L{to:.1} {0}", y - 4.0),
                 stroke => symbol(middle, y - 4.0, stroke),
             };
             let dashed = match series.stroke {

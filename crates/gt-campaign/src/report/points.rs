@@ -52,7 +52,7 @@ impl Numbers {
         let even = values.iter().enumerate().map(off);
         // What is not a number is not even either.
         let even = step > 0.0 && even.into_iter().all(|off| off <= EVEN * step);
-        even.then(|| Self::Even {
+        even.then_some(Self::Even {
             from: *from,
             step,
             count: values.len(),
@@ -66,9 +66,12 @@ impl Numbers {
         let span = if high > low { high - low } else { 1.0 };
         let most = f64::from(GAP - 1);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // within 0..=65534
-        let code = |value: &f64| match value.is_finite() {
-            true => ((value - low) / span * most).round() as u16,
-            false => GAP,
+        let code = |value: &f64| {
+            if value.is_finite() {
+                ((value - low) / span * most).round() as u16
+            } else {
+                GAP
+            }
         };
         let bytes: Vec<u8> = values.iter().map(code).flat_map(u16::to_le_bytes).collect();
         Self::Coded {
@@ -249,7 +252,11 @@ mod tests {
     fn flat_and_missing_curves_have_codes() {
         for values in [vec![7.0; 100], vec![f64::NAN; 100], vec![f64::MAX; 100]] {
             let back = decoded(&Numbers::of(&values, Scale::Linear));
-            assert!(back.iter().zip(&values).all(|(a, b)| a == b || b.is_nan()));
+            let bits =
+                |values: &[f64]| -> Vec<u64> { values.iter().map(|own| own.to_bits()).collect() };
+            let there = values[0].is_finite();
+            assert!(!there || bits(&back) == bits(&values), "{back:?}");
+            assert!(there || back.iter().all(|own| own.is_nan()), "{back:?}");
         }
     }
 

@@ -1,7 +1,9 @@
 //! What a bank found in a record.
 
 use gtfdi::core::Dataset;
-use gtfdi::fdi::{Alarm, Bank, BankRun, FalseAlarmRate, ResidualTest};
+use gtfdi::fdi::{
+    Alarm, Bank, BankRun, FalseAlarmRate, ResidualGenerator, ResidualTest, StatisticKind,
+};
 
 use super::clock::Clock;
 use super::provenance::Provenance;
@@ -12,6 +14,8 @@ use crate::report::page::{Cell, Page};
 use crate::report::text::digits;
 use crate::report::{Document, Figure};
 
+/// Charts of a test that are shown open: its statistic and the first residuals.
+const OPEN: usize = 5;
 /// Rows of the table of alarms; the log has all.
 const MOST_ALARMS: usize = 200;
 
@@ -48,7 +52,11 @@ pub fn detection_report(
     for (place, test) in bank.tests().iter().enumerate() {
         let own = test_figures(bank, data, run, clock, place, test);
         if run.alarms.iter().any(|alarm| alarm.tag == test.name) {
-            own.iter().for_each(|figure| page.figure(figure));
+            let (open, more) = own.split_at(own.len().min(OPEN));
+            for figure in open {
+                page.figure(figure);
+            }
+            fold(&mut page, &format!("More residuals of {}", test.name), more);
         } else {
             quiet.extend(own.iter().cloned());
         }
@@ -76,7 +84,9 @@ pub(super) fn fold(page: &mut Page, summary: &str, figures: &[Figure]) {
     }
     let summary = format!("{summary} ({} charts)", figures.len());
     page.fold(&summary, false, |page| {
-        figures.iter().for_each(|figure| page.figure(figure));
+        for figure in figures {
+            page.figure(figure);
+        }
     });
 }
 
@@ -244,8 +254,8 @@ fn marks<'a>(alarms: impl Iterator<Item = &'a Alarm>, clock: Clock) -> Vec<Mark>
     marks
 }
 
-/// The residual of a test and its statistic; one chart where the statistic is the residual's
-/// modulus.
+/// The statistic of a test and its residuals; no statistic where it is the modulus of one residual,
+/// whose chart then has the limits.
 fn test_figures(
     bank: &Bank,
     data: &Dataset,
@@ -261,12 +271,10 @@ fn test_figures(
     let x = clock.times_s(data);
     // Only a modulus without a whitening is on the residual's own scale.
     let plain = test.evaluation.whitening.is_none()
-        && matches!(
-            test.evaluation.statistic,
-            gtfdi::fdi::StatisticKind::Modulus
-        );
+        && matches!(test.evaluation.statistic, StatisticKind::Modulus);
     let settle = bank.settle_samples(test);
-    let mut figures: Vec<Figure> = run
+    let one = plain && test.outputs.len() == 1;
+    let residuals = run
         .outputs
         .iter()
         .enumerate()
@@ -277,12 +285,14 @@ fn test_figures(
             // The start is the generator settling, which would flatten all that follows.
             let settling = settle.min(values.len());
             values[..settling].fill(f64::NAN);
-            let signals = bank.generators().iter().flat_map(|own| own.outputs());
+            let signals = bank
+                .generators()
+                .iter()
+                .flat_map(ResidualGenerator::outputs);
             let unit = signals.into_iter().find(|own| own.name == *tag);
             let unit = unit.map_or("", |own| own.unit.as_str());
-            let one = plain && test.outputs.len() == 1;
             let chart = Chart {
-                id: figure_id("residual", 100 * place + number, tag),
+                id: figure_id(&format!("residual_{:02}", place + 1), number, tag),
                 title: format!("residual of {tag}"),
                 x_label: clock.label(),
                 y_label: axis_label("residual", unit),
@@ -294,22 +304,23 @@ fn test_figures(
             };
             let caption = format!("Residual of {tag}: measured less expected.");
             Figure::new(chart, caption)
-        })
-        .collect();
-    if !(plain && test.outputs.len() == 1) {
+        });
+    let mut figures = Vec::new();
+    if !one {
         let chart = Chart {
             id: figure_id("statistic", place, &test.name),
             title: format!("{}: {statistic}", test.name),
             x_label: clock.label(),
             y_label: "statistic".to_owned(),
-            x,
+            x: x.clone(),
             series: vec![Series::line("statistic", row(&run.statistics, place))],
             limits: vec![limit],
-            marks,
+            marks: marks.clone(),
             ..Chart::default()
         };
         let caption = format!("Test {}: {statistic}.", test.name);
         figures.push(Figure::new(chart, caption));
     }
+    figures.extend(residuals);
     figures
 }

@@ -135,7 +135,9 @@ pub fn model_report(report: &ModelReport, provenance: &Provenance) -> Document {
 
 /// Puts figures on the page and keeps them for their files.
 fn show(page: &mut Page, figures: &mut Vec<Figure>, new: Vec<Figure>) {
-    new.iter().for_each(|figure| page.figure(figure));
+    for figure in &new {
+        page.figure(figure);
+    }
     figures.extend(new);
 }
 

@@ -58,8 +58,9 @@ pub struct Report<'a> {
     resampled: Option<&'a Resampled>,
     warnings: Vec<String>,
     out: Option<&'a Path>,
-    /// The folder of the report.
-    report: Option<&'a Path>,
+    /// Where the page is.
+    #[serde(rename = "report")]
+    folder: Option<&'a Path>,
 }
 
 /// Runs an isolator over a record, and writes the log where one is asked for.
@@ -112,7 +113,7 @@ pub fn detect<'a>(
         resampled: imported.resampled.as_ref(),
         warnings,
         out: args.out.as_deref(),
-        report: args.report.as_deref(),
+        folder: args.report.as_deref(),
     })
 }
 

@@ -60,8 +60,9 @@ struct Report<'a> {
     resampled: Option<&'a Resampled>,
     warnings: Vec<String>,
     out: Option<&'a Path>,
-    /// The folder of the report.
-    report: Option<&'a Path>,
+    /// Where the page is.
+    #[serde(rename = "report")]
+    folder: Option<&'a Path>,
 }
 
 /// Runs the verb.
@@ -170,7 +171,7 @@ fn detect(
         resampled: imported.resampled.as_ref(),
         warnings,
         out: args.out.as_deref(),
-        report: args.report.as_deref(),
+        folder: args.report.as_deref(),
     };
     if global.json {
         print_json(&report)?;

@@ -22,27 +22,20 @@ pub fn identify(args: &IdentifyArgs, records: &Records) -> Result<Identified, Fa
         orders,
         warnings,
     } = choose(args, diagonal.then_some(Structure::Diag), records)?;
-    let mut covariances = None;
-    let (model, constrained) = match &constraints {
-        Some(constraints) => {
-            let fit = constraints.fit(structure, records)?;
-            (fit.model, Some(fit.rows))
-        }
-        None => {
-            let fit = plain(args, structure, records)?;
-            covariances = Some(fit.covariance);
-            (fit.model, None)
-        }
+    let (mut model, constrained, mut covariances) = if let Some(constraints) = &constraints {
+        let fit = constraints.fit(structure, records)?;
+        (fit.model, Some(fit.rows), None)
+    } else {
+        let fit = plain(args, structure, records)?;
+        (fit.model, None, Some(fit.covariance))
     };
-    let (model, refined) = match args.refine {
-        Some(_) => {
-            let refined = refine(&model, args, records)?;
-            // A refined model has other coefficients, with errors that nobody computes.
-            covariances = None;
-            (refined.model, Some(refined.outputs))
-        }
-        None => (model, None),
-    };
+    let mut refined = None;
+    if args.refine.is_some() {
+        let found = refine(&model, args, records)?;
+        (model, refined) = (found.model, Some(found.outputs));
+        // Its coefficients are others, with errors that nobody computes.
+        covariances = None;
+    }
     Ok(Identified {
         model: Model::Arx(model),
         covariances,

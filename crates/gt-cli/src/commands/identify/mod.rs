@@ -164,7 +164,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         warnings,
         plot: args.plot.as_deref(),
         out: args.out.as_deref(),
-        report: args.report.as_deref(),
+        folder: args.report.as_deref(),
     };
     if global.json {
         print_json(&report)?;

@@ -60,8 +60,9 @@ pub struct Report<'a> {
     pub warnings: Vec<String>,
     pub plot: Option<&'a Path>,
     pub out: Option<&'a Path>,
-    /// The folder of the report.
-    pub report: Option<&'a Path>,
+    /// Where the page is.
+    #[serde(rename = "report")]
+    pub folder: Option<&'a Path>,
 }
 
 /// An output's equation and its errors.
