@@ -71,6 +71,7 @@ __all__ = [
     "frisch_order_table",
     "index_table",
     "kalman",
+    "linearise",
     "log_export",
     "log_info",
     "log_recover",
@@ -1492,6 +1493,11 @@ def design_isolator(
     limiter: float | None = None,
     half_width: int | None = None,
 ) -> Isolator: ...
+def linearise(
+    variant: Literal["prototype", "cogeneration"] = "prototype",
+    map_set: Literal["paper", "axial"] = "paper",
+    loop: Literal["closed", "open"] = "closed",
+) -> StateSpace: ...
 def place(model: StateSpace, poles: _Poles, radius: float = 0.0) -> _Doubles: ...
 def riccati(
     A: ArrayLike, C: ArrayLike, Q: ArrayLike, R: ArrayLike, S: ArrayLike | None = None

@@ -124,6 +124,27 @@ def test_a_run_that_leaves_the_range_ends_with_what_it_has():
     assert np.isfinite(run.truth.y).all()
 
 
+def test_the_linear_turbine_has_the_gains_of_the_nonlinear_one():
+    turbine, rest = gtfdi.linearise(), gtfdi.steady_state()
+    assert np.abs(turbine.poles()).max() < 1.0
+    still = np.linalg.solve(np.eye(len(turbine.A)) - turbine.A, turbine.B)
+    gains = (turbine.C @ still + turbine.D)[:, turbine.inputs.index("T_a")]
+    # A run begins at the equilibrium of its boundary conditions.
+    warmer = {"boundary": {"temperature_k": {"offset": 0.1}}}
+    run = gtfdi.simulate(1.0, scenario=warmer, profile="steady", noise="none")
+    assert run.truth.outputs == turbine.outputs
+    for output in ("q_c", "t3", "p7", "m9"):
+        column = turbine.outputs.index(output)
+        moved = run.truth.y[0, column] - rest[output]
+        # What the second derivatives add over 0.1 K of 288 K.
+        assert 0.1 * gains[column] == pytest.approx(moved, rel=2e-3)
+
+
+def test_a_word_for_the_loop_is_checked():
+    with pytest.raises(gtfdi.OptionError, match='^option loop: expected closed or open, found "x"'):
+        gtfdi.linearise(loop="x")
+
+
 def test_published_table3_is_the_steady_state():
     rest, units = gtfdi.steady_state(), gtfdi.units()
     assert len(rest) == 30

@@ -67,11 +67,11 @@ impl Progress for Watch<'_> {
 /// >>> summary["runs"], summary["failed"]
 /// (4, 0)
 #[pyfunction]
-pub fn campaign_run<'py>(
-    py: Python<'py>,
+pub fn campaign_run(
+    py: Python<'_>,
     spec: PathBuf,
     out: PathBuf,
-) -> Result<Bound<'py, PyAny>, Failure> {
+) -> Result<Bound<'_, PyAny>, Failure> {
     let summary = interruptible(py, move |abandoned| {
         let progress = Watch(abandoned);
         let (campaign, folder) = prepare(&spec, &out, &progress)?;
@@ -106,12 +106,12 @@ pub fn campaign_run<'py>(
 ///     The file says something that makes no sense, or the campaign has no such run.
 #[pyfunction]
 #[pyo3(signature = (spec, runs, out=None))]
-pub fn campaign_rows<'py>(
-    py: Python<'py>,
+pub fn campaign_rows(
+    py: Python<'_>,
     spec: PathBuf,
     runs: Vec<u64>,
     out: Option<PathBuf>,
-) -> Result<Bound<'py, PyAny>, Failure> {
+) -> Result<Bound<'_, PyAny>, Failure> {
     let rows = interruptible(py, move |abandoned| {
         let campaign = prepare_single(&spec, out.as_deref(), &Watch(abandoned))?;
         let rows = runs.iter().map(|&run| campaign.row(run));
@@ -143,11 +143,11 @@ pub fn campaign_rows<'py>(
 /// OptionError
 ///     There are fewer than two.
 #[pyfunction]
-pub fn campaign_compare<'py>(
-    py: Python<'py>,
+pub fn campaign_compare(
+    py: Python<'_>,
     folders: Vec<PathBuf>,
     out: PathBuf,
-) -> Result<Bound<'py, PyAny>, Failure> {
+) -> Result<Bound<'_, PyAny>, Failure> {
     if folders.len() < 2 {
         return Err(Failure::Option {
             option: "folders",

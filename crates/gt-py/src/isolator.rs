@@ -19,7 +19,7 @@ use crate::bank::{Model, Placement, check_poles, generators, is_kalman, known_re
 use crate::error::Failure;
 use crate::interrupt::interruptible;
 use crate::isolation_monitor::PyIsolationMonitor;
-use crate::pickle::{Pickled, Reduced, reduce};
+use crate::pickle::{Pickled, Reduced, pickle_inner, reduce};
 use crate::record::Given;
 
 /// Residual generators, hypotheses about faults, and limits for a false-alarm rate of all of them
@@ -112,13 +112,14 @@ impl PyIsolator {
         let isolator = Arc::clone(&self.inner);
         let run = interruptible(u.py(), move |_| Ok(isolator.run(&data)?))?;
         let alarms = run.alarms.iter();
-        Ok(PyIsolation {
+        let inner = Judgement {
             judged: run.judged,
             alarms: alarms
                 .map(|alarm| json_form("alarms", &self.inner.named_alarm(alarm)))
                 .collect::<Result<_, Failure>>()?,
             peaks: run.peaks,
-        })
+        };
+        Ok(PyIsolation { inner })
     }
 
     /// What watches samples as they come (IsolationMonitor), in its initial state.
@@ -171,12 +172,19 @@ impl PyIsolator {
 
 /// What an isolator says of a record.
 #[pyclass(frozen, name = "Isolation", module = "gtfdi")]
-#[derive(Clone, Serialize, Deserialize)]
 pub struct PyIsolation {
+    inner: Judgement,
+}
+
+/// Alarms, in the form that Python shows them, and what stands beside them.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Judgement {
     judged: usize,
     peaks: Vec<f64>,
     alarms: Vec<Value>,
 }
+
+pickle_inner!(PyIsolation, Judgement);
 
 impl Pickled for PyIsolator {
     type Stored = Isolator;
@@ -191,18 +199,6 @@ impl Pickled for PyIsolator {
     }
 }
 
-impl Pickled for PyIsolation {
-    type Stored = Self;
-
-    fn stored(&self) -> Result<Self, Failure> {
-        Ok(self.clone())
-    }
-
-    fn restored(stored: Self) -> Result<Self, Failure> {
-        Ok(stored)
-    }
-}
-
 #[pymethods]
 impl PyIsolation {
     /// The alarms in order of time: dictionaries with ``time_s``, ``end_s`` (``None`` while it
@@ -212,30 +208,31 @@ impl PyIsolation {
     /// them, with intervals), ``none_of_these`` and ``pair``.
     #[getter]
     fn alarms<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyAny>, Failure> {
-        json_out(py, "alarms", &self.alarms)
+        json_out(py, "alarms", &self.inner.alarms)
     }
 
     /// Samples that were judged.
     #[getter]
     fn judged(&self) -> usize {
-        self.judged
+        self.inner.judged
     }
 
     /// The largest ratio of a statistic to its limit in each second of the record, an array.
     #[getter]
     fn peaks<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.peaks)
+        PyArray1::from_slice(py, &self.inner.peaks)
     }
 
     fn __repr__(&self) -> String {
         let faults: Vec<&str> = self
+            .inner
             .alarms
             .iter()
             .map(|alarm| alarm["fault"].as_str().unwrap_or("no name"))
             .collect();
         format!(
             "Isolation({} samples judged, alarms: [{}])",
-            self.judged,
+            self.inner.judged,
             faults.join(", ")
         )
     }

@@ -26,6 +26,7 @@ mod choice;
 mod constrained_arx;
 mod dataset;
 mod dataset_view;
+mod detection;
 mod detector;
 mod eiv;
 mod eiv_model;
@@ -41,6 +42,7 @@ mod interrupt;
 mod isolation_monitor;
 mod isolator;
 mod kalman;
+mod linearise;
 mod log;
 mod observer;
 mod observer_design;
@@ -83,13 +85,15 @@ mod _gtfdi {
     #[pymodule_export]
     use crate::arx_model::PyArxModel;
     #[pymodule_export]
-    use crate::bank::{PyBank, PyDetection, design};
+    use crate::bank::{PyBank, design};
     #[pymodule_export]
     use crate::campaign::{campaign_compare, campaign_rows, campaign_run};
     #[pymodule_export]
     use crate::constrained_arx::{PyConstrainedArx, PyConstrainedFit};
     #[pymodule_export]
     use crate::dataset::PyDataset;
+    #[pymodule_export]
+    use crate::detection::PyDetection;
     #[pymodule_export]
     use crate::detector::PyDetector;
     #[pymodule_export]
@@ -114,6 +118,8 @@ mod _gtfdi {
     use crate::isolator::{PyIsolation, PyIsolator, design_isolator};
     #[pymodule_export]
     use crate::kalman::{PyKalmanFilter, kalman};
+    #[pymodule_export]
+    use crate::linearise::linearise;
     #[pymodule_export]
     use crate::log::{log_export, log_info, log_recover, log_verify};
     #[pymodule_export]

@@ -37,7 +37,7 @@ use crate::interrupt::interruptible;
 /// >>> topics["/plant/measured"]
 /// 100
 #[pyfunction]
-pub fn log_info<'py>(py: Python<'py>, path: PathBuf) -> Result<Bound<'py, PyAny>, Failure> {
+pub fn log_info(py: Python<'_>, path: PathBuf) -> Result<Bound<'_, PyAny>, Failure> {
     let report = interruptible(py, move |_| json_form("log", &info(&path)?))?;
     json_out(py, "log", &report)
 }
@@ -66,7 +66,7 @@ pub fn log_info<'py>(py: Python<'py>, path: PathBuf) -> Result<Bound<'py, PyAny>
 /// >>> log.verify("run.mcap")["problems"]
 /// []
 #[pyfunction]
-pub fn log_verify<'py>(py: Python<'py>, path: PathBuf) -> Result<Bound<'py, PyAny>, Failure> {
+pub fn log_verify(py: Python<'_>, path: PathBuf) -> Result<Bound<'_, PyAny>, Failure> {
     let report = interruptible(py, move |_| json_form("log", &verify(&path)?))?;
     json_out(py, "log", &report)
 }
@@ -98,11 +98,11 @@ pub fn log_verify<'py>(py: Python<'py>, path: PathBuf) -> Result<Bound<'py, PyAn
 /// >>> log.verify("cut.mcap")["problems"]
 /// []
 #[pyfunction]
-pub fn log_recover<'py>(
-    py: Python<'py>,
+pub fn log_recover(
+    py: Python<'_>,
     path: PathBuf,
     out: PathBuf,
-) -> Result<Bound<'py, PyAny>, Failure> {
+) -> Result<Bound<'_, PyAny>, Failure> {
     let report = interruptible(py, move |_| json_form("log", &recover(&path, &out)?))?;
     json_out(py, "log", &report)
 }

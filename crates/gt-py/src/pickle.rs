@@ -99,7 +99,7 @@ const CLASSES: &[(&str, Restore)] = classes![
     crate::arx_fit::PyArxFit,
     crate::arx_model::PyArxModel,
     crate::bank::PyBank,
-    crate::bank::PyDetection,
+    crate::detection::PyDetection,
     crate::constrained_arx::PyConstrainedArx,
     crate::constrained_arx::PyConstrainedFit,
     crate::dataset::PyDataset,

@@ -13,7 +13,7 @@ use crate::dataset::Names;
 use crate::error::Failure;
 use crate::interrupt::interruptible;
 use crate::order::{Numbers, Order};
-use crate::pickle::{Pickled, Reduced, reduce};
+use crate::pickle::{Reduced, pickle_inner, reduce};
 use crate::record::unknown_records;
 use crate::scheduled_model::PyScheduledModel;
 use crate::warning::warn;
@@ -46,8 +46,14 @@ use crate::warning::warn;
 /// >>> model.channel, len(model.points)
 /// ('M_f', 2)
 #[pyclass(frozen, eq, name = "ScheduledArx", module = "gtfdi")]
-#[derive(Clone, PartialEq, Serialize, Deserialize)]
+#[derive(PartialEq)]
 pub struct PyScheduledArx {
+    inner: Wish,
+}
+
+/// What is to be fitted.
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
+pub struct Wish {
     structure: StructureOptions,
     channel: String,
     values: Vec<f64>,
@@ -76,7 +82,7 @@ impl PyScheduledArx {
         estimation: &str,
     ) -> Result<Self, Failure> {
         let estimations = [("local", Estimation::Local), ("joint", Estimation::Joint)];
-        Ok(Self {
+        let inner = Wish {
             structure: StructureOptions {
                 order,
                 na,
@@ -89,7 +95,8 @@ impl PyScheduledArx {
             values,
             width,
             estimation: named("estimation", estimation, &estimations)?,
-        })
+        };
+        Ok(Self { inner })
     }
 
     /// Fits all points.
@@ -121,7 +128,7 @@ impl PyScheduledArx {
     ) -> Result<PyScheduledModel, Failure> {
         let py = u.py();
         let records = unknown_records(u, y, inputs.as_ref(), outputs.as_ref(), sample_time_s)?;
-        let wish = self.clone();
+        let wish = self.inner.clone();
         let (inner, warning) = interruptible(py, move |_| wish.fit_records(records))?;
         if let Some(warning) = warning {
             warn(py, &warning)?;
@@ -134,7 +141,7 @@ impl PyScheduledArx {
     }
 }
 
-impl PyScheduledArx {
+impl Wish {
     fn fit_records(
         &self,
         records: Vec<Arc<Dataset>>,
@@ -148,14 +155,4 @@ impl PyScheduledArx {
     }
 }
 
-impl Pickled for PyScheduledArx {
-    type Stored = Self;
-
-    fn stored(&self) -> Result<Self, Failure> {
-        Ok(self.clone())
-    }
-
-    fn restored(stored: Self) -> Result<Self, Failure> {
-        Ok(stored)
-    }
-}
+pickle_inner!(PyScheduledArx, Wish);
