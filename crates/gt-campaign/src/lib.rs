@@ -1,7 +1,16 @@
 //! Seeded campaigns on the simulated turbine: the source paper's tables and figures again, and the
 //! report that shows them.
 //!
-//! [`reproduce`] simulates, identifies, designs and detects; [`Reproduction`] holds the numbers and
+//! | what is wanted | begin with |
+//! |---|---|
+//! | the paper's tables and figures again | [`reproduce()`], [`Reproduction`] |
+//! | thousands of runs with faults drawn at random | [`campaign::Spec`], [`campaign::prepare`], [`campaign::Campaign::fill`] |
+//! | what they say: detection against size, delays, ROC, names | [`campaign::Summary`] |
+//! | two campaigns side by side | [`campaign::Comparison`] |
+//! | how small a fault an isolator finds, and how it names it | [`isolation`] |
+//! | a bank or an isolator from a model, as the command line and Python make it | [`TestPlan`], [`StatisticChoice`], [`IsolatorPlan`] |
+//!
+//! [`reproduce()`] simulates, identifies, designs and detects; [`Reproduction`] holds the numbers and
 //! writes the page, figures and logs. [`campaign`] runs faults that are drawn at random by the
 //! thousand, and says how they are detected. [`reports`] makes pages of single identifications and
 //! detections. Progress is told to a [`Progress`]; drawing it is the

@@ -4,6 +4,22 @@
 //! observers with fixed thresholds and measured false-alarm rates; [`runtime`] runs that bank
 //! sample by sample, without allocating, with the same results bit for bit.
 //!
+//! # From a model to a verdict
+//!
+//! | step | by | of the paper |
+//! |---|---|---|
+//! | residuals | [`design::ResidualGenerator`]: an observer with placed poles, or a Kalman filter for the noise of all channels | eq. 22, 27 |
+//! | the poles | given, or searched by records with a fault: [`design::PoleSearch`] | eq. 23, 24 |
+//! | a number of them | [`design::StatisticKind`], of the residual as it is or of what [`design::Whitening`] leaves | section 5.7 |
+//! | a limit | [`design::ResidualTest::calibrate`] with a [`design::ThresholdRule`], on healthy records | eq. 26 |
+//! | what the limit promises | [`design::FalseAlarmRate`], counted by cross-validation; [`design::MeanTime`], extrapolated with its interval | |
+//! | all together | [`design::Bank`], and [`runtime::Detector`] sample by sample | |
+//! | which fault, since when, how large | [`design::Isolator`], and [`design::IsolationMonitor`] sample by sample | Table 9, 10 |
+//! | which output shows which fault | [`design::signature()`] | Table 2, 9 |
+//!
+//! How soon a fault of a size can be seen at all, and by what, [`design`] computes before anything is
+//! built. The example of the facade crate `gtfdi` goes the whole way.
+//!
 //! Source of the method: S. Simani, C. Fantuzzi, *Dynamic system identification and model-based
 //! fault diagnosis of an industrial gas turbine prototype*, Mechatronics 16 (2006), section 4.2,
 //! called *the paper* in this crate; its equation numbers are quoted.

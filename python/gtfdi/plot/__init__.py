@@ -16,8 +16,8 @@ Units are those of the objects, so SI; what a limit, a mark or a band is stands 
 
 try:
     import matplotlib
-except ImportError as error:
-    raise ImportError("gtfdi.plot needs matplotlib: pip install gtfdi[plot]") from error
+except ImportError as _missing:
+    raise ImportError("gtfdi.plot needs matplotlib: pip install gtfdi[plot]") from _missing
 
 from gtfdi.plot.campaign import campaign_roc, campaign_sizes
 from gtfdi.plot.detection import residuals, statistics
