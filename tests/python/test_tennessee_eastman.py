@@ -74,3 +74,19 @@ def test_python_raises_the_alarms_of_the_command_line(folder, command_line):
         assert stored.detectors[0]["limit"] == bank.detectors[0]["limit"]
     assert alarms > 0
     assert command_line["d00_te"]["alarms"] == []
+
+
+def test_python_draws_the_page_of_the_command_line(folder, command_line):
+    assert command_line["d05_te"]["alarms"]
+    subprocess.run(
+        [os.environ["GTFDI_BINARY"], "detect", "--bank", "bank.json", "d05_te.csv", "--report", "cli"],
+        cwd=folder, capture_output=True, check=True,
+    )
+    bank = gtfdi.Bank.load(folder / "bank.json")
+    gtfdi.write_report(folder / "python", bank, gtfdi.read(folder / "d05_te.csv", **READING))
+    # The statistic, 52 residuals and 52 outputs, each as SVG and CSV, the same bytes.
+    names = sorted(path.name for path in (folder / "cli" / "figures").iterdir())
+    assert len(names) == 2 * 105
+    for name in names:
+        own, other = (folder / side / "figures" / name for side in ("python", "cli"))
+        assert own.read_bytes() == other.read_bytes(), name

@@ -8,7 +8,7 @@ use crate::signal::{Noise, csv, second_order_csv};
 const IDENTIFY: [&str; 6] = ["identify", "one.csv", "--inputs", "u", "--outputs", "y"];
 
 /// The numbers behind the charts of a page, by their titles' order.
-fn points(html: &str) -> Vec<Value> {
+pub fn points(html: &str) -> Vec<Value> {
     let parts = html.split("<script type=\"application/json\">").skip(1);
     parts
         .map(|part| {
@@ -16,6 +16,14 @@ fn points(html: &str) -> Vec<Value> {
             serde_json::from_str(&part[..end]).expect("JSON")
         })
         .collect()
+}
+
+/// The chart whose first curve has a label.
+pub fn chart<'a>(points: &'a [Value], label: &str) -> &'a Value {
+    let mut found = points
+        .iter()
+        .filter(|own| own["curves"][0]["label"] == label);
+    found.next().unwrap_or_else(|| panic!("no chart `{label}`"))
 }
 
 /// The curve of a label in any chart.
@@ -190,11 +198,7 @@ fn a_detection_is_shown_with_its_alarms() {
     let alarms = array(&report, "/alarms");
     assert!(!alarms.is_empty());
     let points = points(&html);
-    let residual = points.iter().find(|own| {
-        let label = own["curves"][0]["label"].as_str();
-        label == Some("residual of ../a </script>")
-    });
-    let residual = residual.expect("the residual's chart");
+    let residual = chart(&points, "residual of ../a </script>");
     let marked: Vec<f64> = array(residual, "/marks")
         .iter()
         .filter(|mark| mark[1].as_str().is_some_and(|own| own.starts_with("alarm")))

@@ -7,6 +7,7 @@ use serde_json::Value;
 
 use crate::document::{Document, Step, is_printed};
 use crate::place::{Place, array, number, reference_data};
+use crate::report_page;
 
 /// A place with some public records under their own names.
 fn place_with(records: &[&Path]) -> Place {
@@ -89,6 +90,23 @@ fn the_tennessee_eastman_walk_through_is_true() {
         let asked: f64 = cells[4].trim_end_matches(" min").parse().expect(cells[4]);
         assert!((0.0..=asked).contains(&delay_min), "{cells:?}");
     }
+
+    let shown = report(&steps, "--report fault5");
+    let html = report_page::page(&place, "fault5");
+    let points = report_page::points(&html);
+    let statistic = report_page::chart(&points, "statistic");
+    let times: Vec<&Value> = array(&shown, "/alarms")
+        .iter()
+        .map(|own| &own["time_s"])
+        .collect();
+    let marked: Vec<&Value> = array(statistic, "/marks")
+        .iter()
+        .map(|own| &own[0])
+        .collect();
+    assert!(!times.is_empty() && marked == times, "{marked:?} {times:?}");
+    assert_eq!(statistic["limits"][0], shown["outputs"][0]["threshold"]);
+    // The statistic, 52 residuals and 52 outputs.
+    assert_eq!(points.len(), 105);
 }
 
 #[test]
