@@ -1,7 +1,7 @@
 """Records and verdicts as tables of other packages, and records from such tables.
 
-A table has a column ``time_s`` and a column a channel, which has the channel's tag as its name; what
-a channel is and its unit stands in the table's metadata where it has some.
+A table has a column ``time_s`` and a column a channel, which has the channel's tag as its name; a
+channel's unit stands in the table's metadata where it has some.
 """
 
 from collections.abc import Sequence
@@ -60,7 +60,9 @@ def to_pandas(thing: Tabular) -> Any:
 def to_polars(thing: Tabular) -> Any:
     """A ``polars.DataFrame`` with the time in seconds in its first column."""
     polars = need("polars", "polars")
-    return polars.DataFrame({name: np.ascontiguousarray(row) for name, row in columns(thing).items()})
+    return polars.DataFrame(
+        {name: np.ascontiguousarray(row) for name, row in columns(thing).items()}
+    )
 
 
 def arrow_stream(thing: Tabular, requested_schema: Any) -> Any:
@@ -132,7 +134,9 @@ def _column(frame: Any, tag: str) -> Any:
 
 def _check_tag(tag: str, there: Sequence[str]) -> None:
     if tag not in there:
-        raise DataError(f"channel `{tag}`: expected one of {', '.join(there)}, found no such column")
+        raise DataError(
+            f"channel `{tag}`: expected one of {', '.join(there)}, found no such column"
+        )
 
 
 def _record(

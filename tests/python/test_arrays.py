@@ -1,4 +1,4 @@
-"""Arrays of any kind: read where they are, converted, or refused with what was expected and found."""
+"""Arrays of any kind: read where they are, converted, or refused by what was expected and found."""
 
 import gc
 import subprocess
@@ -127,7 +127,8 @@ def test_a_detector_refuses_other_shapes_and_stays_as_it_was(healthy, model):
 def test_nan_is_a_missing_sample_or_refused(arrays):
     u, y = arrays[0].copy(), arrays[1]
     u[50, 0] = np.nan
-    with pytest.raises(gtfdi.DataError, match="^channel `u1`, sample 50: expected a finite number, found NaN$"):
+    message = "^channel `u1`, sample 50: expected a finite number, found NaN$"
+    with pytest.raises(gtfdi.DataError, match=message):
         gtfdi.arx(u, y, order=1)
     masked = np.ma.masked_invalid(u)
     assert np.isnan(gtfdi.Dataset(masked, y, 0.1).u[50, 0])

@@ -20,16 +20,21 @@ def record():
     generator = np.random.default_rng(5)
     u, y = generator.standard_normal((50, 1)), generator.standard_normal((50, 2))
     y[7, 1] = np.nan
-    return gtfdi.Dataset(
-        u, y, 0.08, "M_f", ["t3", "p7"], "kg/s", ["K", "Pa"], start_time_s=16.0
-    )
+    return gtfdi.Dataset(u, y, 0.08, "M_f", ["t3", "p7"], "kg/s", ["K", "Pa"], start_time_s=16.0)
 
 
 def same(one, other):
     """Equal records, a missing sample being like a missing sample."""
     np.testing.assert_array_equal(one.u, other.u)
     np.testing.assert_array_equal(one.y, other.y)
-    for what in ("inputs", "outputs", "input_units", "output_units", "sample_time_s", "start_time_s"):
+    for what in (
+        "inputs",
+        "outputs",
+        "input_units",
+        "output_units",
+        "sample_time_s",
+        "start_time_s",
+    ):
         assert getattr(one, what) == getattr(other, what), what
 
 
@@ -91,7 +96,9 @@ def test_pandas_and_back_is_exact(record):
 def test_pandas_times_may_be_instants_or_a_column_or_left_out(record):
     pandas = pytest.importorskip("pandas")
     frame = record.to_pandas()
-    instants = frame.set_axis(pandas.Timestamp("2026-01-01") + pandas.to_timedelta(frame.index, "s"))
+    instants = frame.set_axis(
+        pandas.Timestamp("2026-01-01") + pandas.to_timedelta(frame.index, "s")
+    )
     from_instants = gtfdi.Dataset.from_pandas(instants, "M_f", "t3")
     assert (from_instants.sample_time_s, from_instants.start_time_s) == (0.08, 0.0)
     column = frame.reset_index()
@@ -99,14 +106,18 @@ def test_pandas_times_may_be_instants_or_a_column_or_left_out(record):
     assert gtfdi.Dataset.from_pandas(column, "M_f", "t3", time="time_s").sample_time_s == 0.08
     bare = frame.reset_index(drop=True)
     assert gtfdi.Dataset.from_pandas(bare, "M_f", "t3", sample_time_s=0.5).sample_time_s == 0.5
-    with pytest.raises(gtfdi.OptionError, match="^option sample_time_s: expected seconds, or times"):
+    with pytest.raises(
+        gtfdi.OptionError, match="^option sample_time_s: expected seconds, or times"
+    ):
         gtfdi.Dataset.from_pandas(bare, "M_f", "t3")
 
 
 def test_a_frame_that_does_not_fit_is_refused(record):
     pytest.importorskip("pandas")
     frame = record.to_pandas()
-    with pytest.raises(gtfdi.DataError, match="^channel `x`: expected one of M_f, t3, p7, found no"):
+    with pytest.raises(
+        gtfdi.DataError, match="^channel `x`: expected one of M_f, t3, p7, found no"
+    ):
         gtfdi.Dataset.from_pandas(frame, "x", "t3")
     gap = frame.drop(frame.index[20])
     for given_s in (None, 0.08):

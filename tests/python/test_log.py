@@ -61,9 +61,7 @@ def test_a_topic_becomes_a_table(written, tmp_path):
     column = run.measured.outputs.index("t3")
     # What is written has all its digits.
     name = next(key for key in rows[0] if key.startswith("t3"))
-    np.testing.assert_array_equal(
-        [float(row[name]) for row in rows], run.measured.y[10:60, column]
-    )
+    np.testing.assert_array_equal([float(row[name]) for row in rows], run.measured.y[10:60, column])
 
 
 @pytest.mark.parametrize(

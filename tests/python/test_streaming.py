@@ -121,7 +121,9 @@ def test_options_out_of_range_are_refused(make, message):
 
 
 def test_words_are_checked():
-    with pytest.raises(gtfdi.OptionError, match='^option sides: expected upper, lower or both, found "up"'):
+    message = '^option sides: expected upper, lower or both, found "up"$'
+    with pytest.raises(gtfdi.OptionError, match=message):
         statistics.Cusum(0.5, 5.0, sides="up")
-    with pytest.raises(gtfdi.OptionError, match='^option waveform: expected step or ramp, found "sine"'):
+    message = '^option waveform: expected step or ramp, found "sine"$'
+    with pytest.raises(gtfdi.OptionError, match=message):
         statistics.Glr("sine", (0.1, 1.0), 5.0)
