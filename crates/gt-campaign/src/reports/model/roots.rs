@@ -13,6 +13,8 @@ use crate::reports::signals::figure_id;
 
 /// The chi-square value of two degrees of freedom that 95 % lie below: `-2 ln .05`.
 const REGION: f64 = 5.991464547107979;
+/// The map reaches at least so far from the origin, and a tenth beyond the outermost pole.
+const REACH: f64 = 1.5;
 /// Corners of a drawn ellipse.
 const CORNERS: u32 = 48;
 
@@ -133,14 +135,20 @@ fn map(output: usize, name: &str, poles: &[&Root], zeros: &[&Root], known: bool)
             .over(roots.iter().map(|root| root.value.re).collect())
             .drawn(stroke)
     };
+    let outermost = poles.iter().map(|root| root.value.norm());
+    let reach = outermost.fold(REACH, |reach, own| reach.max(1.1 * own));
+    let (near, far): (Vec<&Root>, Vec<&Root>) = zeros
+        .iter()
+        .copied()
+        .partition(|root| root.value.norm() <= reach);
     let mut series = vec![
         places("poles", poles, Stroke::Crosses),
-        places("zeros", zeros, Stroke::Rings),
+        places("zeros", &near, Stroke::Rings),
         circle,
     ];
     if known {
         series.push(regions(poles).coloured(Colour::Of(0)));
-        series.push(regions(zeros).coloured(Colour::Of(1)));
+        series.push(regions(&near).coloured(Colour::Of(1)));
     }
     let chart = Chart {
         id: figure_id("poles", output, name),
@@ -158,8 +166,27 @@ fn map(output: usize, name: &str, poles: &[&Root], zeros: &[&Root], known: bool)
     };
     Figure::new(
         chart,
-        format!("Poles and zeros of {name} and the unit circle{with}"),
+        format!(
+            "Poles and zeros of {name} and the unit circle{with}{}",
+            beyond(&far)
+        ),
     )
+}
+
+/// The zeros that lie so far out that the map would show little else, in words.
+fn beyond(far: &[&Root]) -> String {
+    if far.is_empty() {
+        return String::new();
+    }
+    let places: Vec<String> = far
+        .iter()
+        .filter(|root| root.value.im >= 0.0)
+        .map(|root| match root.value.im {
+            im if im > 0.0 => format!("{} \u{b1} {}i", digits(root.value.re, 4), digits(im, 4)),
+            _ => digits(root.value.re, 4),
+        })
+        .collect();
+    format!(" Zeros beyond the map: {}.", places.join(", "))
 }
 
 /// The regions of confidence as one curve with gaps. An ellipse that is wider than the unit circle
