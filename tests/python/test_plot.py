@@ -53,7 +53,7 @@ def labels(ax):
 
 def test_a_record_is_drawn_with_its_units_and_gaps(healthy):
     data = healthy.measured[:500]
-    y = data.y
+    y = data.y.copy()
     y[100:120, data.outputs.index("p7")] = np.nan
     units = {"input_units": data.input_units, "output_units": data.output_units}
     holed = gtfdi.Dataset(data.u, y, data.sample_time_s, data.inputs, data.outputs, **units)

@@ -80,5 +80,5 @@ def test_what_cannot_be_shown_is_refused(tmp_path, healthy, model):
     assert not (tmp_path / "report").exists()
     (tmp_path / "file").write_text("")
     record = healthy.measured.select(["a_v", "M_f"], ["q_c"])
-    with pytest.raises(OSError, match="file"):
+    with pytest.raises(gtfdi.LogError, match="file"):
         gtfdi.write_report(tmp_path / "file", model, record)

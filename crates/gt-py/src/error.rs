@@ -209,6 +209,9 @@ impl Failure {
             Self::Step(_) | Self::Resume(_) | Self::Fleet(_) | Self::Fdi(FdiError::Step(_)) => {
                 ("StepError", None)
             }
+            Self::Campaign(CampaignError::Folder { .. } | CampaignError::Log(_)) => {
+                ("LogError", None)
+            }
             Self::Fdi(_) | Self::Statistic(_) | Self::Effect { .. } | Self::Campaign(_) => {
                 ("DesignError", None)
             }

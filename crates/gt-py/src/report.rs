@@ -60,8 +60,8 @@ pub enum Subject<'py> {
 /// ------
 /// DataError, DesignError, IdentError
 ///     A record that does not fit.
-/// OSError
-///     A folder that cannot be made or written.
+/// LogError
+///     A folder or file that cannot be made or written.
 ///
 /// Examples
 /// --------
