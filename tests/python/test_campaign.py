@@ -81,8 +81,11 @@ def test_what_makes_no_sense_is_refused(finished, tmp_path):
 def test_ctrl_c_leaves_a_campaign_that_goes_on(tmp_path):
     spec, out = tmp_path / "long.toml", tmp_path / "long"
     spec.write_text(SPEC.replace("RUNS", "200000"))
+    # A shell's background jobs ignore the signal, and so would their children.
     program = f"""
+        import signal
         from gtfdi import campaign
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         try:
             campaign.run({str(spec)!r}, {str(out)!r})
         except KeyboardInterrupt:

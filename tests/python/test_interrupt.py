@@ -25,9 +25,11 @@ CALLS = {
     "process": "glr.process(np.zeros(100_000_000))",
 }
 
+# A shell's background jobs ignore the signal, and so would their children.
 PROGRAM = """
-    import sys, time
+    import signal, sys, time
     import numpy as np
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     import gtfdi
     from gtfdi.statistics import Glr
 
