@@ -1,6 +1,7 @@
 //! `write_report`: a page about a model, or about what a detector finds in a record.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use gt_campaign::reports::{
     ModelReport, Provenance, detection_report, isolation_report, model_report,
@@ -81,12 +82,7 @@ pub fn write_report(
     let document = match &subject {
         Subject::Bank(bank) => {
             let bank = &bank.get().inner;
-            let (inputs, outputs) = (bank.inputs(), bank.outputs());
-            let data = given.known(
-                &Signal::named(&inputs),
-                &Signal::named(&outputs),
-                bank.sample_time_s(),
-            )?;
+            let data = narrowed(given, &bank.inputs(), &bank.outputs(), bank.sample_time_s())?;
             py.detach(|| -> Result<_, Failure> {
                 let run = bank.run(&data)?;
                 Ok(detection_report(bank, &data, &run, &provenance))
@@ -95,11 +91,7 @@ pub fn write_report(
         Subject::Isolator(isolator) => {
             let isolator = &isolator.get().inner;
             let (inputs, outputs) = (isolator.inputs(), isolator.outputs());
-            let data = given.known(
-                &Signal::named(&inputs),
-                &Signal::named(&outputs),
-                isolator.sample_time_s(),
-            )?;
+            let data = narrowed(given, &inputs, &outputs, isolator.sample_time_s())?;
             py.detach(|| isolation_report(isolator, &data, &provenance))?
         }
         Subject::Fit(fit) => {
@@ -133,6 +125,20 @@ pub fn write_report(
         }
     };
     Ok(py.detach(|| document.write(&folder))?)
+}
+
+/// The record for a detector, which knows its channels by name alone.
+fn narrowed(
+    given: Given<'_>,
+    inputs: &[String],
+    outputs: &[String],
+    sample_time_s: f64,
+) -> Result<Arc<Dataset>, Failure> {
+    given.known(
+        &Signal::named(inputs),
+        &Signal::named(outputs),
+        sample_time_s,
+    )
 }
 
 /// A model with what its kind knows of it.

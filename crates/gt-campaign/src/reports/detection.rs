@@ -7,7 +7,7 @@ use gtfdi::fdi::{
 
 use super::clock::Clock;
 use super::provenance::Provenance;
-use super::signals::{axis_label, figure_id, record_figures, row};
+use super::signals::{axis_label, extent, figure_id, record_figures, row};
 use super::statistic::words;
 use crate::report::chart::{Chart, Mark, Series};
 use crate::report::page::{Cell, Page};
@@ -29,12 +29,10 @@ pub fn detection_report(
 ) -> Document {
     let clock = Clock::of(data);
     let lead = format!(
-        "Bank `{}`: {} tests on {} samples of {} s each, {} h.",
+        "Bank `{}`: {} tests on {}.",
         bank.name,
         bank.tests().len(),
-        data.len(),
-        data.sample_time_s(),
-        digits(data.sample_time_s() * data.len() as f64 / 3600.0, 3)
+        extent(data)
     );
     let mut page = Page::new("Detection", &lead);
     page.facts(&facts(bank, run, clock));

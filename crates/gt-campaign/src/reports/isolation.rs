@@ -8,7 +8,7 @@ use gtfdi::fdi::{
 use super::clock::Clock;
 use super::detection::fold;
 use super::provenance::Provenance;
-use super::signals::{figure_id, record_figures};
+use super::signals::{extent, figure_id, record_figures};
 use crate::report::chart::{Chart, Mark, Series};
 use crate::report::page::{Cell, Page};
 use crate::report::text::digits;
@@ -41,12 +41,10 @@ pub fn isolation_report(
         .map(|alarm| isolator.named_alarm(alarm))
         .collect();
     let lead = format!(
-        "Isolator `{}`: {} faults on {} samples of {} s each, {} h.",
+        "Isolator `{}`: {} faults on {}.",
         isolator.name,
         isolator.hypotheses().len(),
-        data.len(),
-        data.sample_time_s(),
-        digits(data.sample_time_s() * data.len() as f64 / 3600.0, 3)
+        extent(data)
     );
     let mut page = Page::new("Diagnosis", &lead);
     page.facts(&facts(isolator, &alarms, clock));

@@ -5,6 +5,7 @@ use gtfdi::core::{Dataset, Signal};
 use super::clock::Clock;
 use crate::report::Figure;
 use crate::report::chart::{Chart, Mark, Series};
+use crate::report::text::digits;
 
 /// The name of a figure's files: a kind, a number that makes it unique and the tag as far as file
 /// names take it.
@@ -22,6 +23,16 @@ pub(super) fn axis_label(what: &str, unit: &str) -> String {
         "" => what.to_owned(),
         unit => format!("{what} [{unit}]"),
     }
+}
+
+/// How much of a record there is, in words.
+pub(super) fn extent(data: &Dataset) -> String {
+    format!(
+        "{} samples of {} s each, {} h",
+        data.len(),
+        data.sample_time_s(),
+        digits(data.sample_time_s() * data.len() as f64 / 3600.0, 3)
+    )
 }
 
 /// A row of a matrix whose columns are samples.
