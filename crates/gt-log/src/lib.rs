@@ -32,6 +32,7 @@ mod export;
 mod fields;
 mod import;
 mod info;
+mod judge;
 mod message;
 mod model_document;
 mod model_file;

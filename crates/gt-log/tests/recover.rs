@@ -179,7 +179,7 @@ fn the_blocks_before_a_cut_within_a_chunk_are_recovered() {
         assert_eq!(loss.kind, LossKind::EndOfChunk);
         assert!(
             loss.cause.ends_with(&format!(
-                "with {} messages (written, but no checksum vouches for them)",
+                "with {} messages (no checksum vouches for them: those that decode are written)",
                 found.len()
             )),
             "{}",
@@ -484,4 +484,128 @@ fn the_opcode_of_a_chunk_does_not_matter_where_its_checksum_agrees() {
             assert_eq!(found, expected(18), "{place}: {recovery:?}");
         }
     }
+}
+
+/// A log of one JSON topic, without chunks or in one, whose messages are these.
+fn json_log(messages: &[&str], use_chunks: bool) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let options = mcap::WriteOptions::new()
+        .compression(None)
+        .use_chunks(use_chunks);
+    let mut writer = options.create(&mut bytes).unwrap();
+    let id = writer
+        .add_channel(0, "/level", "json", &std::collections::BTreeMap::new())
+        .unwrap();
+    for (sequence, text) in (1_u32..).zip(messages) {
+        let header = mcap::records::MessageHeader {
+            channel_id: id,
+            sequence,
+            log_time: u64::from(sequence),
+            publish_time: u64::from(sequence),
+        };
+        writer
+            .write_to_known_channel(&header, text.as_bytes())
+            .unwrap();
+    }
+    writer.finish().unwrap();
+    drop(writer);
+    bytes.into_inner()
+}
+
+/// Recovers `bytes`; beside the result what `verify` finds wrong with definitions and messages of the
+/// recovered log, which must be sound otherwise.
+fn mend_and_verify(bytes: &[u8]) -> (Recovery, Vec<String>) {
+    let folder = tempdir().unwrap();
+    let (from, out) = (folder.path().join("a.mcap"), folder.path().join("b.mcap"));
+    fs::write(&from, bytes).unwrap();
+    let recovery = recover(&from, &out).unwrap();
+    let found = gt_log::verify(&out).unwrap();
+    let of_content = |kind| {
+        matches!(
+            kind,
+            gt_log::ProblemKind::Definition | gt_log::ProblemKind::Message
+        )
+    };
+    let own = found.problems.iter();
+    assert!(own.clone().all(|own| of_content(own.kind)), "{found:?}");
+    (recovery, own.map(|own| own.text.clone()).collect())
+}
+
+fn replaced(bytes: &[u8], from: &[u8], to: &[u8]) -> Vec<u8> {
+    assert_eq!(from.len(), to.len());
+    let mut own = bytes.windows(from.len());
+    let place = own.position(|window| window == from).unwrap();
+    [&bytes[..place], to, &bytes[place + from.len()..]].concat()
+}
+
+#[test]
+fn without_a_checksum_a_message_is_written_if_it_decodes() {
+    let whole = json_log(&["{\"a\": 1}", "{\"a\": 2}", "{\"a\": 3}"], false);
+    let changed = replaced(&whole, b"{\"a\": 2}", b"{\"a: 2}}");
+    let (recovery, problems) = mend_and_verify(&changed);
+    assert_eq!((recovery.messages, recovery.undecoded_messages), (2, 0));
+    assert_eq!(problems, [""; 0]);
+    let loss = recovery.losses.last().unwrap();
+    assert_eq!((loss.kind, loss.first_ns), (LossKind::Message, Some(2)));
+    // Opcode, length, the message's head of 22 bytes, its text.
+    assert_eq!(loss.bytes, 9 + 22 + 8);
+    assert!(
+        loss.cause.starts_with(
+            "1 messages of topic `/level` do not decode by its schema, and no checksum vouches for \
+             them; of the first: "
+        ),
+        "{}",
+        loss.cause
+    );
+    // The same in a chunk that is cut off within its last message.
+    let whole = json_log(&["{\"a\": 1}", "{\"a: 2}}", "{\"a\": 3}"], true);
+    let last = whole.windows(8).position(|own| own == b"{\"a\": 3}");
+    let (recovery, problems) = mend_and_verify(&whole[..last.unwrap() + 4]);
+    assert!(!recovery.closed);
+    assert_eq!((recovery.messages, recovery.undecoded_messages), (1, 0));
+    assert_eq!(problems, [""; 0]);
+}
+
+#[test]
+fn under_a_checksum_a_message_is_written_as_it_stands() {
+    for use_chunks in [false, true] {
+        let whole = json_log(&["{\"a\": 1}", "{\"a: 2}}"], use_chunks);
+        let (recovery, problems) = mend_and_verify(&whole);
+        assert!(recovery.sound, "{recovery:?}");
+        assert_eq!((recovery.messages, recovery.undecoded_messages), (2, 1));
+        let [problem] = problems.as_slice() else {
+            panic!("one problem, found {problems:?}")
+        };
+        assert!(
+            problem.starts_with("topic `/level`, message 2"),
+            "{problem}"
+        );
+    }
+}
+
+#[test]
+fn a_definition_that_was_changed_gives_way_to_its_copy_in_the_summary() {
+    let whole = foreign(None, false);
+    // The name of the message in the schema record, by its length before it: the descriptor has none
+    // of that name then.
+    let (name, other) = (b"\x0a\0\0\0gtfdi.v1.M", b"\x0a\0\0\0gtfdi.v1.N");
+    let (recovery, found) = mend(&replaced(&whole, name, other)).unwrap();
+    assert_eq!(found, expected(60));
+    assert_eq!((recovery.undecoded_channels, recovery.closed), (0, true));
+    assert!(!recovery.sound, "the checksum of the data tells");
+    // Without a summary there is no copy: the messages are lost, and named.
+    let end = whole
+        .windows(9)
+        .position(|own| own == b"\x0f\x04\0\0\0\0\0\0\0");
+    let changed = replaced(&whole[..end.unwrap()], name, other);
+    let (recovery, problems) = mend_and_verify(&changed);
+    assert_eq!((recovery.messages, problems.len()), (0, 0));
+    let loss = recovery.losses.last().unwrap();
+    assert_eq!(loss.kind, LossKind::Undefined);
+    assert!(
+        loss.cause
+            .starts_with("60 messages of channel 1, whose definition is broken: "),
+        "{}",
+        loss.cause
+    );
 }

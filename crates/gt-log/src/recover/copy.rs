@@ -1,7 +1,7 @@
 //! The second pass over a file: what is sound goes into a new one.
 
 use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
@@ -9,13 +9,14 @@ use std::path::Path;
 use mcap::records::{MessageHeader, Metadata, Record, op};
 use mcap::{Attachment, Compression, WriteOptions, Writer};
 
+use super::definitions::Definitions;
 use super::survey::{Piece, Survey};
 use super::{Loss, LossKind, RecoveredTopic, Recovery, provenance};
 use crate::LogError;
 use crate::atomic::Part;
 use crate::chunk::unpack;
 use crate::raw::{RawFile, Tiles};
-use crate::records::parse;
+use crate::records::{PREFIX, parse};
 use crate::writer::write as cannot_write;
 
 /// Messages of a channel: how many, from when, to when.
@@ -26,16 +27,63 @@ struct Span {
     last_ns: u64,
 }
 
+impl Span {
+    /// Of no message yet, at the time of this one.
+    fn of(header: &MessageHeader) -> Self {
+        Self {
+            count: 0,
+            first_ns: header.log_time,
+            last_ns: header.log_time,
+        }
+    }
+
+    fn add(&mut self, header: &MessageHeader) {
+        self.count += 1;
+        self.first_ns = self.first_ns.min(header.log_time);
+        self.last_ns = self.last_ns.max(header.log_time);
+    }
+
+    /// Counts a message among those of its channel.
+    fn count(spans: &mut BTreeMap<u16, Self>, header: &MessageHeader) {
+        let span = spans
+            .entry(header.channel_id)
+            .or_insert_with(|| Self::of(header));
+        span.add(header);
+    }
+}
+
+/// Messages that are left out: when, where the first is, how many bytes they have outside chunks, and
+/// what is wrong with the first.
+struct Broken {
+    span: Span,
+    offset: u64,
+    bytes: u64,
+    cause: String,
+}
+
+/// Where a record comes from.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    offset: u64,
+    /// The bytes of the file that are this record's own: none within a chunk.
+    bytes: u64,
+    /// Whether a checksum says that it is as it was written.
+    vouched: bool,
+}
+
 struct Copy<'a> {
     out: &'a Path,
     file: &'a mut RawFile,
     writer: Writer<BufWriter<File>>,
     survey: Survey,
-    /// The channels that can be written.
-    defined: BTreeSet<u16>,
+    definitions: Definitions,
     spans: BTreeMap<u16, Span>,
     /// Messages without a channel, by its id.
     undefined: BTreeMap<u16, Span>,
+    /// Messages that do not decode and that nothing vouches for, by channel.
+    broken: BTreeMap<u16, Broken>,
+    /// Messages that do not decode, under a checksum that is right.
+    undecoded: u64,
     metadata: Vec<String>,
     attachments: Vec<String>,
 }
@@ -62,10 +110,12 @@ pub(super) fn copy(
         out,
         file,
         writer,
+        definitions: Definitions::of(path, &survey),
         survey,
-        defined: BTreeSet::new(),
         spans: BTreeMap::new(),
         undefined: BTreeMap::new(),
+        broken: BTreeMap::new(),
+        undecoded: 0,
         metadata: Vec::new(),
         attachments: Vec::new(),
     };
@@ -122,15 +172,13 @@ impl Copy<'_> {
 
     /// Schemas and channels under the ids they have.
     fn definitions(&mut self) -> Result<(), LogError> {
-        for (id, (header, data)) in &self.survey.schemas {
+        for (id, (header, data)) in &self.definitions.schemas {
             self.writer
                 .add_schema_with_id(*id, &header.name, &header.encoding, data)
                 .map_err(|cause| cannot_write(self.out, cause))?;
         }
-        for (id, channel) in &self.survey.channels {
-            if channel.schema_id != 0 && !self.survey.schemas.contains_key(&channel.schema_id) {
-                continue;
-            }
+        for (id, known) in &self.definitions.channels {
+            let channel = &known.channel;
             self.writer
                 .add_channel_with_id(
                     *id,
@@ -140,28 +188,34 @@ impl Copy<'_> {
                     &channel.metadata,
                 )
                 .map_err(|cause| cannot_write(self.out, cause))?;
-            self.defined.insert(*id);
         }
         Ok(())
     }
 
     fn messages(&mut self, piece: &Piece) -> Result<(), LogError> {
-        let bytes = match piece {
+        let (offset, length, compression, vouched) = match piece {
             Piece::Chunk {
                 offset,
                 length,
                 compression,
-            }
-            | Piece::CutChunk {
+                vouched,
+            } => (*offset, *length, compression, *vouched),
+            Piece::CutChunk {
                 offset,
                 length,
                 compression,
-            } => unpack(compression, &self.file.read(*offset, *length)?).bytes,
+            } => (*offset, *length, compression, false),
             Piece::Plain { offset, length } => return self.plain(*offset, *length),
             Piece::Attachment { .. } | Piece::Metadata { .. } => return Ok(()),
         };
+        let place = Place {
+            offset,
+            bytes: 0,
+            vouched: vouched || self.survey.vouched,
+        };
+        let bytes = unpack(compression, &self.file.read(offset, length)?).bytes;
         for (_, opcode, body) in Tiles::new(&bytes) {
-            self.record(opcode, body)?;
+            self.record(place, opcode, body)?;
         }
         Ok(())
     }
@@ -176,27 +230,84 @@ impl Copy<'_> {
             let Some(body) = self.file.body(offset, length)? else {
                 break;
             };
-            self.record(opcode, &body)?;
-            offset += crate::records::PREFIX as u64 + length;
+            let bytes = PREFIX as u64 + length;
+            let place = Place {
+                offset,
+                bytes,
+                vouched: self.survey.vouched,
+            };
+            self.record(place, opcode, &body)?;
+            offset += bytes;
         }
         Ok(())
     }
 
-    fn record(&mut self, opcode: u8, body: &[u8]) -> Result<(), LogError> {
+    fn record(&mut self, place: Place, opcode: u8, body: &[u8]) -> Result<(), LogError> {
         if opcode != op::MESSAGE {
             return Ok(());
         }
         let Ok(Record::Message { header, data }) = parse(opcode, body) else {
             return Ok(());
         };
-        if !self.defined.contains(&header.channel_id) {
-            count(&mut self.undefined, &header);
+        let id = header.channel_id;
+        let Some(known) = self.definitions.channels.get(&id) else {
+            Span::count(&mut self.undefined, &header);
             return Ok(());
+        };
+        if let Err(cause) = known.judge.decode(&data) {
+            if !place.vouched {
+                let broken = self.broken.entry(id).or_insert_with(|| Broken {
+                    span: Span::of(&header),
+                    offset: place.offset,
+                    bytes: 0,
+                    cause,
+                });
+                broken.bytes += place.bytes;
+                broken.span.add(&header);
+                return Ok(());
+            }
+            self.undecoded += 1;
         }
-        count(&mut self.spans, &header);
+        Span::count(&mut self.spans, &header);
         self.writer
             .write_to_known_channel(&header, &data)
             .map_err(|cause| cannot_write(self.out, cause))
+    }
+
+    /// Puts on record what the pieces could not tell of.
+    fn lose_messages(&mut self) {
+        let losses = &mut self.survey.losses;
+        for (id, span) in &self.undefined {
+            let why = self.definitions.broken.get(id);
+            let why = why.map_or("is lost".to_owned(), |cause| format!("is broken: {cause}"));
+            losses.push(Loss {
+                offset: 0,
+                bytes: 0,
+                kind: LossKind::Undefined,
+                first_ns: Some(span.first_ns),
+                last_ns: Some(span.last_ns),
+                cause: format!(
+                    "{} messages of channel {id}, whose definition {why}",
+                    span.count
+                ),
+            });
+        }
+        for (id, broken) in &self.broken {
+            let topic = self.definitions.channels.get(id);
+            let topic = topic.map_or("", |known| known.channel.topic.as_str());
+            losses.push(Loss {
+                offset: broken.offset,
+                bytes: broken.bytes,
+                kind: LossKind::Message,
+                first_ns: Some(broken.span.first_ns),
+                last_ns: Some(broken.span.last_ns),
+                cause: format!(
+                    "{} messages of topic `{topic}` do not decode by its schema, and no checksum \
+                     vouches for them; of the first: {}",
+                    broken.span.count, broken.cause
+                ),
+            });
+        }
     }
 
     fn finish(
@@ -206,19 +317,7 @@ impl Copy<'_> {
         part: Part,
         pieces: &[Piece],
     ) -> Result<Recovery, LogError> {
-        for (id, span) in &self.undefined {
-            self.survey.losses.push(Loss {
-                offset: 0,
-                bytes: 0,
-                kind: LossKind::Undefined,
-                first_ns: Some(span.first_ns),
-                last_ns: Some(span.last_ns),
-                cause: format!(
-                    "{} messages of channel {id}, whose definition is lost",
-                    span.count
-                ),
-            });
-        }
+        self.lose_messages();
         let size_bytes = self.file.size();
         let closed = self.survey.closed;
         let losses = std::mem::take(&mut self.survey.losses);
@@ -231,6 +330,9 @@ impl Copy<'_> {
             self.put(&record)?;
         }
         let topics = self.topics();
+        let undecoded_messages = self.undecoded;
+        let channels = self.definitions.channels.values();
+        let undecoded_channels = channels.filter(|known| !known.described).count() as u64;
         let Self {
             mut writer,
             out,
@@ -256,6 +358,8 @@ impl Copy<'_> {
             sound,
             closed,
             messages: spans.values().map(|span| span.count).sum(),
+            undecoded_messages,
+            undecoded_channels,
             whole_chunks: whole.count() as u64,
             cut_chunk: pieces
                 .iter()
@@ -269,29 +373,17 @@ impl Copy<'_> {
     }
 
     fn topics(&self) -> Vec<RecoveredTopic> {
-        let channels = self.defined.iter().filter_map(|id| {
-            let channel = self.survey.channels.get(id)?;
+        let channels = self.definitions.channels.iter().map(|(id, known)| {
             let span = self.spans.get(id);
-            Some(RecoveredTopic {
-                topic: channel.topic.clone(),
+            RecoveredTopic {
+                topic: known.channel.topic.clone(),
                 messages: span.map_or(0, |span| span.count),
                 first_ns: span.map(|span| span.first_ns),
                 last_ns: span.map(|span| span.last_ns),
-            })
+            }
         });
         let mut topics: Vec<RecoveredTopic> = channels.collect();
         topics.sort_by(|a, b| a.topic.cmp(&b.topic));
         topics
     }
-}
-
-fn count(spans: &mut BTreeMap<u16, Span>, header: &MessageHeader) {
-    let span = spans.entry(header.channel_id).or_insert(Span {
-        count: 0,
-        first_ns: header.log_time,
-        last_ns: header.log_time,
-    });
-    span.count += 1;
-    span.first_ns = span.first_ns.min(header.log_time);
-    span.last_ns = span.last_ns.max(header.log_time);
 }

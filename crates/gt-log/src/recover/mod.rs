@@ -1,6 +1,8 @@
 //! Mending logs that were cut off or changed.
 
+mod claims;
 mod copy;
+mod definitions;
 mod parts;
 mod resync;
 mod survey;
@@ -41,6 +43,12 @@ pub struct Recovery {
     /// Whether the messages of a chunk that is cut off were written as far as they go. Its checksum
     /// is that of the whole chunk, so that nothing vouches for them.
     pub cut_chunk: bool,
+    /// The messages among these that do not decode by their schema: the checksum of their chunk says
+    /// that they are as they were written.
+    pub undecoded_messages: u64,
+    /// The channels that were written, for the same reason, though their schema describes no messages
+    /// of their encoding.
+    pub undecoded_channels: u64,
     /// The metadata records that were written, by name.
     pub metadata: Vec<String>,
     /// The attachments that were written, by name.
@@ -97,6 +105,8 @@ pub enum LossKind {
     UnknownRecord,
     /// A record without the definition that it needs, such as a message of a channel that is lost.
     Undefined,
+    /// A message that does not decode and for which no checksum vouches.
+    Message,
     /// Bytes that are no record.
     Bytes,
 }
@@ -110,6 +120,7 @@ impl LossKind {
             Self::Attachment => "attachment",
             Self::UnknownRecord => "unknown record",
             Self::Undefined => "without definition",
+            Self::Message => "message",
             Self::Bytes => "bytes",
         }
     }
@@ -120,8 +131,10 @@ impl LossKind {
 /// messages before the cut, as far as its blocks can be unpacked.
 ///
 /// A chunk that is whole but whose checksum does not match is left out with all its messages: nothing
-/// tells which of them are right. Definitions are taken from wherever they stand, the summary
-/// included. `path` may be a `NAME.part` that a crash left behind, and `out` its `NAME`.
+/// tells which of them are right. Where there is no checksum (a chunk that is cut off, a message outside
+/// a chunk, another writer's), a message is written if it decodes by its schema. Definitions are taken
+/// from wherever they stand, the summary included; of several for one id, one with a checksum counts
+/// before one that describes messages, and that before the others, which are lost. `path` may be a `NAME.part` that a crash left behind, and `out` its `NAME`.
 ///
 /// The result has a summary of its own, and the metadata record `gtfdi.recovery` says what it was
 /// made from and what was lost. The same file gives the same bytes.
@@ -163,8 +176,9 @@ fn check_sums(file: &mut RawFile, survey: &mut Survey) -> Result<String, LogErro
         left -= own as u64;
     })?;
     let found = crc.finalize();
-    if let Some((_, expected)) = survey.data_end
-        && expected != 0
+    let expected = survey.data_end.map(|(_, crc)| crc).filter(|crc| *crc != 0);
+    survey.vouched = expected == Some(found);
+    if let Some(expected) = expected
         && expected != found
         && survey.losses.is_empty()
     {
@@ -177,7 +191,7 @@ fn check_sums(file: &mut RawFile, survey: &mut Survey) -> Result<String, LogErro
             cause: format!(
                 "the data have the CRC {found:08x}, expected {expected:08x}: something without a \
                  checksum of its own was changed (a metadata record, an index, a message outside \
-                 a chunk); it is written as it stands"
+                 a chunk); it is written as it stands, where it decodes"
             ),
         });
     }

@@ -1,11 +1,11 @@
 //! The first pass over a file: what is sound, and where it stands.
 
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 
 use mcap::MAGIC;
 use mcap::records::{Channel, ChunkHeader, Header, Record, SchemaHeader, op};
 
+use super::claims::Claims;
 use super::resync::resync;
 use super::{Loss, LossKind, has_magic};
 use crate::LogError;
@@ -16,11 +16,12 @@ use crate::records::{PREFIX, parse};
 /// Where something sound stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Piece {
-    /// The data of a chunk.
+    /// The data of a chunk, and whether it has a checksum, which is right then.
     Chunk {
         offset: u64,
         length: u64,
         compression: String,
+        vouched: bool,
     },
     /// The data of a chunk that the end of the file cuts off.
     CutChunk {
@@ -40,12 +41,14 @@ pub(super) enum Piece {
 #[derive(Debug, Default)]
 pub(super) struct Survey {
     pub(super) header: Option<Header>,
-    pub(super) schemas: BTreeMap<u16, (SchemaHeader, Vec<u8>)>,
-    pub(super) channels: BTreeMap<u16, Channel>,
+    pub(super) schemas: BTreeMap<u16, Claims<(SchemaHeader, Vec<u8>)>>,
+    pub(super) channels: BTreeMap<u16, Claims<Channel>>,
     pub(super) pieces: Vec<Piece>,
     pub(super) losses: Vec<Loss>,
     /// Where the data end, and the checksum of them.
     pub(super) data_end: Option<(u64, u32)>,
+    /// Whether the checksum of all data is there and right.
+    pub(super) vouched: bool,
     /// Whether the end of the file was there.
     pub(super) closed: bool,
     /// Where the last record begins whose length nothing vouches for, if it is the last of all.
@@ -121,7 +124,7 @@ impl Survey {
             Ok(Record::Attachment { .. }) => self.pieces.push(attachment),
             Ok(Record::Metadata(_)) => self.pieces.push(Piece::Metadata { offset, length }),
             Ok(record @ (Record::Schema { .. } | Record::Channel(_))) => {
-                self.define(record);
+                self.define(record, false);
                 self.plain(offset, end);
             }
             Ok(Record::Message { .. }) => self.plain(offset, end),
@@ -258,7 +261,7 @@ impl Survey {
         let whole = records.end();
         for (_, opcode, body) in Tiles::new(&unpacked.bytes) {
             if let Ok(record) = parse(opcode, body) {
-                self.define(record);
+                self.define(record, false);
             }
         }
         self.lose(
@@ -267,7 +270,7 @@ impl Survey {
             LossKind::EndOfChunk,
             &format!(
                 "cut off; {} bytes could be unpacked, of which {whole} are whole records with \
-                 {messages} messages (written, but no checksum vouches for them)",
+                 {messages} messages (no checksum vouches for them: those that decode are written)",
                 unpacked.bytes.len()
             ),
         );
@@ -282,30 +285,32 @@ impl Survey {
     }
 
     fn take_chunk(&mut self, records: &[u8], data: u64, header: &ChunkHeader) {
+        let vouched = header.uncompressed_crc != 0;
         for (_, opcode, body) in Tiles::new(records) {
             if matches!(opcode, op::SCHEMA | op::CHANNEL)
                 && let Ok(record) = parse(opcode, body)
             {
-                self.define(record);
+                self.define(record, vouched);
             }
         }
         self.pieces.push(Piece::Chunk {
             offset: data,
             length: header.compressed_size,
             compression: header.compression.clone(),
+            vouched,
         });
     }
 
-    /// The first definition of an id counts.
-    fn define(&mut self, record: Record<'_>) {
+    /// What a record says that an id means.
+    fn define(&mut self, record: Record<'_>, vouched: bool) {
         match record {
             Record::Schema { header, data } if header.id != 0 => {
-                if let Entry::Vacant(free) = self.schemas.entry(header.id) {
-                    free.insert((header, data.into_owned()));
-                }
+                let claims = self.schemas.entry(header.id).or_default();
+                claims.add((header, data.into_owned()), vouched);
             }
             Record::Channel(channel) => {
-                self.channels.entry(channel.id).or_insert(channel);
+                let claims = self.channels.entry(channel.id).or_default();
+                claims.add(channel, vouched);
             }
             _ => {}
         }

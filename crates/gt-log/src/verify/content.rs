@@ -4,22 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use mcap::records::{Channel, MessageHeader, Record, SchemaHeader};
-use prost::bytes::Buf;
-use prost::encoding::{DecodeContext, decode_key, skip_field};
 
 use super::problem::{ProblemKind, Problems};
-use crate::fields::{Decoder, Survey};
-
-/// How the messages of a channel are decoded.
-enum Judge {
-    /// By its schema.
-    Fields(Decoder),
-    /// Protobuf whose schema is broken: by the wire format alone.
-    Wire,
-    Json,
-    /// Not at all.
-    Foreign,
-}
+use crate::judge::Judge;
 
 struct Known {
     channel: Channel,
@@ -148,38 +135,16 @@ impl Content {
     }
 
     fn judge(&mut self, offset: u64, channel: &Channel, problems: &mut Problems) -> Judge {
-        match channel.message_encoding.as_str() {
-            "json" => Judge::Json,
-            "protobuf" => {
-                let schema = self.schemas.get(&channel.schema_id).map(|(header, data)| {
-                    std::sync::Arc::new(mcap::Schema {
-                        id: header.id,
-                        name: header.name.clone(),
-                        encoding: header.encoding.clone(),
-                        data: data.clone().into(),
-                    })
-                });
-                let whole = mcap::Channel {
-                    id: channel.id,
-                    topic: channel.topic.clone(),
-                    schema,
-                    message_encoding: channel.message_encoding.clone(),
-                    metadata: channel.metadata.clone(),
-                };
-                match Survey::of(&self.path, &whole) {
-                    Ok(survey) => {
-                        let fields = survey.fields();
-                        Judge::Fields(fields.decoder(0..fields.signals.len()))
-                    }
-                    Err(cause) => {
-                        problems.damage(offset, ProblemKind::Definition, cause.to_string());
-                        Judge::Wire
-                    }
+        match Judge::of(&self.path, channel, self.schemas.get(&channel.schema_id)) {
+            Ok(judge) => {
+                if matches!(judge, Judge::Foreign) {
+                    self.foreign.insert(channel.message_encoding.clone());
                 }
+                judge
             }
-            other => {
-                self.foreign.insert(other.to_owned());
-                Judge::Foreign
+            Err(cause) => {
+                problems.damage(offset, ProblemKind::Definition, cause.to_string());
+                Judge::Wire
             }
         }
     }
@@ -217,16 +182,8 @@ impl Content {
             }
         }
         known.last = Some((header.sequence, time));
-        let result = match &known.judge {
-            Judge::Fields(decoder) => decoder.decode(data).map(drop),
-            Judge::Wire => walk_wire(data),
-            Judge::Json => serde_json::from_slice::<serde::de::IgnoredAny>(data)
-                .map(drop)
-                .map_err(|cause| cause.to_string()),
-            Judge::Foreign => return,
-        };
-        match result {
-            Ok(()) => self.decoded += 1,
+        match known.judge.decode(data) {
+            Ok(decoded) => self.decoded += u64::from(decoded),
             Err(cause) => {
                 let topic = &known.channel.topic;
                 let text = format!(
@@ -268,14 +225,4 @@ fn count(falls: &mut (u64, u64), offset: u64) {
         falls.1 = offset;
     }
     falls.0 += 1;
-}
-
-/// Whether the bytes are fields of the wire format of Protobuf.
-fn walk_wire(mut data: &[u8]) -> Result<(), String> {
-    while data.has_remaining() {
-        let (number, wire_type) = decode_key(&mut data).map_err(|cause| cause.to_string())?;
-        skip_field(wire_type, number, &mut data, DecodeContext::default())
-            .map_err(|cause| cause.to_string())?;
-    }
-    Ok(())
 }

@@ -74,6 +74,14 @@ fn text(recovery: &Recovery) -> String {
         .collect();
     text.push_str(&table(&["topic", "messages", "first s", "last s"], &topics));
     // Writing to a string cannot fail.
+    let undecoded = recovery.undecoded_messages;
+    if undecoded > 0 {
+        let _ = writeln!(
+            text,
+            "{undecoded} messages do not decode by their schema; their chunks have the right \
+             checksums: they are written as they stand"
+        );
+    }
     if recovery.sound {
         text.push_str("nothing was lost\n");
         return text;
