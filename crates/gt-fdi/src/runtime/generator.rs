@@ -9,27 +9,25 @@ use super::fingerprint::Fingerprint;
 use super::kernel::{Kernel, LARGEST_CORRECTION, all_finite, dot, dot_in_order};
 use super::wide::{Simd, Wide, Work};
 
-/// Does `work` with the numbers of inputs and outputs as constants, 0 where there are more than four.
+/// Does `work` with the numbers of inputs and outputs as constants, `other` where there are more than
+/// four.
 macro_rules! of_sizes {
-    ($sizes:expr, $nu:ident, $ny:ident, $work:block) => {
-        of_sizes!(@ $sizes, $nu, $ny, $work, (1 1)(1 2)(1 3)(1 4)(2 1)(2 2)(2 3)(2 4)(3 1)(3 2)
+    ($sizes:expr, $nu:ident, $ny:ident, $work:expr, $other:expr) => {
+        of_sizes!(@ $sizes, $nu, $ny, $work, $other, (1 1)(1 2)(1 3)(1 4)(2 1)(2 2)(2 3)(2 4)(3 1)(3 2)
             (3 3)(3 4)(4 1)(4 2)(4 3)(4 4))
     };
-    (@ $sizes:expr, $nu:ident, $ny:ident, $work:block, $(($inputs:literal $outputs:literal))*) => {
+    (@ $sizes:expr, $nu:ident, $ny:ident, $work:expr, $other:expr, $(($inputs:literal $outputs:literal))*) => {
         match $sizes {
             $(($inputs, $outputs) => {
                 const $nu: usize = $inputs;
                 const $ny: usize = $outputs;
                 $work
             })*
-            _ => {
-                const $nu: usize = 0;
-                const $ny: usize = 0;
-                $work
-            }
+            _ => $other,
         }
     };
 }
+
 /// The numbers of a generator, matrices row by row; `nx` states, `nu` inputs, `ny` outputs.
 pub(crate) struct Matrices {
     /// `A (nx x nx)` of the model.
@@ -218,29 +216,10 @@ impl Generator {
         });
     }
 
-    /// As [`Generator::step`], where `NU` and `NY` are the numbers of inputs and outputs, or 0.
-    #[inline(always)]
-    fn step_known<S: Simd, const NU: usize, const NY: usize>(
-        &mut self,
-        simd: S,
-        sample: (&[f64], &[f64]),
-        first: usize,
-        residuals: &mut [f64],
-    ) -> Update {
-        // No closures, which may stay outside the function that may use the instruction set.
-        if let (Some(kernel), Some(x)) = (self.kernel::<NU, NY>(), self.x.first())
-            && let Some(next) = kernel.step(simd, sample, first, x, residuals)
-        {
-            self.x[0] = next;
-            return Update::Residual;
-        }
-        self.step_in(simd, sample, first, residuals)
-    }
-
     /// The equations of a generator with up to [`LANES`] states and so many inputs and outputs.
     #[inline(always)]
     fn kernel<const NU: usize, const NY: usize>(&self) -> Option<Kernel<'_, NU, NY>> {
-        if NU == 0 || self.x.len() != 1 {
+        if self.x.len() != 1 {
             return None;
         }
         let (b, gain, a) = self.closed.parts::<NU, NY>()?;
@@ -256,6 +235,7 @@ impl Generator {
         })
     }
 
+    /// As [`Generator::step`], for any number of states, inputs and outputs and for any sample.
     #[inline(always)]
     fn step_in<S: Simd>(
         &mut self,
@@ -361,11 +341,28 @@ impl Work for One<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Update {
-        let (nu, ny) = (self.generator.u0.len(), self.generator.y0.len());
-        let (generator, sample) = (self.generator, self.sample);
-        of_sizes!((nu, ny), NU, NY, {
-            generator.step_known::<S, NU, NY>(simd, sample, self.first, self.residuals)
-        })
+        let (generator, sample, first) = (self.generator, self.sample, self.first);
+        let sizes = (generator.u0.len(), generator.y0.len());
+        // No closures, which may stay outside the function that may use the instruction set.
+        let mut next = None;
+        if let Some(x) = generator.x.first() {
+            of_sizes!(
+                sizes,
+                NU,
+                NY,
+                if let Some(kernel) = generator.kernel::<NU, NY>() {
+                    next = kernel.step(simd, sample, first, x, self.residuals);
+                },
+                {}
+            );
+        }
+        match (next, generator.x.first_mut()) {
+            (Some(next), Some(x)) => {
+                *x = next;
+                Update::Residual
+            }
+            _ => generator.step_in(simd, sample, first, self.residuals),
+        }
     }
 }
 
@@ -381,37 +378,35 @@ impl<T: Samples> Work for Many<'_, T> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        let (nu, ny) = (self.generator.u0.len(), self.generator.y0.len());
         let (generator, samples) = (self.generator, &mut self.samples);
-        let mut own = self.residuals.chunks_exact_mut(ny.max(1)).enumerate();
-        of_sizes!((nu, ny), NU, NY, {
-            while let Some((index, residuals)) = own.next() {
-                let sample = samples.at(index);
-                if generator.step_known::<S, NU, NY>(simd, sample, 0, residuals) != Update::Residual
-                {
-                    continue;
-                }
-                // Until one fails, the kernel and the state stay at hand.
-                let Some(kernel) = generator.kernel::<NU, NY>() else {
-                    continue;
-                };
-                let Some(&(mut x)) = generator.x.first() else {
-                    continue;
-                };
-                let mut failed = None;
-                for (index, residuals) in own.by_ref() {
-                    let next = kernel.step(simd, samples.at(index), 0, &x, residuals);
-                    let Some(next) = next else {
-                        failed = Some((index, residuals));
-                        break;
-                    };
-                    x = next;
-                }
+        let sizes = (generator.u0.len(), generator.y0.len());
+        let mut own = self.residuals.chunks_exact_mut(sizes.1.max(1)).enumerate();
+        loop {
+            // Until one needs a closer look, the kernel and the state stay at hand.
+            let mut closer = None;
+            if let Some(&(mut x)) = generator.x.first() {
+                of_sizes!(
+                    sizes,
+                    NU,
+                    NY,
+                    if let Some(kernel) = generator.kernel::<NU, NY>() {
+                        for (index, residuals) in own.by_ref() {
+                            let next = kernel.step(simd, samples.at(index), 0, &x, residuals);
+                            let Some(next) = next else {
+                                closer = Some((index, residuals));
+                                break;
+                            };
+                            x = next;
+                        }
+                    },
+                    {}
+                );
                 generator.x[0] = x;
-                if let Some((index, residuals)) = failed {
-                    generator.step_in(simd, samples.at(index), 0, residuals);
-                }
             }
-        });
+            let Some((index, residuals)) = closer.or_else(|| own.next()) else {
+                return;
+            };
+            generator.step_in(simd, samples.at(index), 0, residuals);
+        }
     }
 }
