@@ -7,7 +7,6 @@ import { isUnseen, on, select, state } from "./state.js";
 /** How a state reads, its drawing, and whether it wants somebody. */
 const STATES = {
   no_data: ["No data", "none", "quiet"],
-  learning: ["Learning", "wait", "quiet"],
   settling: ["Settling", "wait", "quiet"],
   healthy: ["Healthy", "ok", "quiet"],
   alarm: ["Alarm", "high", "alarm"],

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicI64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use gt_log::{DetectorFile, LogHead, sha256_hex};
 use serde::Serialize;
@@ -11,15 +12,19 @@ use tokio::sync::broadcast;
 
 use crate::clock::{now_ms, now_ns};
 use crate::error::ServeError;
+use crate::history::History;
 use crate::journal::Journal;
-use crate::metrics::{Metrics, count};
+use crate::metrics::{self, Metrics};
+use crate::outbox::{Outbox, Unwritten};
 use crate::pipeline::{Alarm, AlarmEvent, Band, Machine, MachineState, Reading, Sample};
-use crate::queue::Queue;
+use crate::queue::{Queue, Queued};
 use crate::recorder::log_head;
 
 /// Frames and events that a slow listener may fall behind.
 const FRAMES: usize = 1024;
 const EVENTS: usize = 4096;
+/// How often a journal that could not be written is tried again.
+const RETRY: Duration = Duration::from_secs(5);
 
 /// Readings of one machine that came together.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,7 +67,7 @@ pub enum Recorded {
         /// The machine.
         machine: usize,
         /// What.
-        event: Box<AlarmEvent>,
+        event: Arc<AlarmEvent>,
     },
     /// Another detector from here on.
     Detector {
@@ -71,6 +76,15 @@ pub enum Recorded {
         /// What its log begins with now.
         head: Box<LogHead>,
     },
+}
+
+impl Queued for Batch {}
+
+impl Queued for Recorded {
+    /// Samples may be missing from a log, and it can still be read.
+    fn may_be_dropped(&self) -> bool {
+        matches!(self, Self::Sample { .. })
+    }
 }
 
 /// A machine with where it comes from.
@@ -166,7 +180,8 @@ pub struct Hub {
     /// When each worker was last seen at work, in milliseconds since 1970.
     beats: Vec<AtomicI64>,
     by_name: HashMap<String, usize>,
-    journal: Mutex<Journal>,
+    history: Mutex<History>,
+    outbox: Outbox,
     /// What happens to alarms, for whoever listens.
     events: broadcast::Sender<Arc<AlarmEvent>>,
     /// Values of machines, for pages that are open.
@@ -179,7 +194,7 @@ impl Hub {
     pub fn new(
         cells: Vec<Cell>,
         queues: Vec<Queue<Batch>>,
-        journal: Journal,
+        history: History,
         recorder: Option<Queue<Recorded>>,
     ) -> Self {
         let names = cells.iter().enumerate();
@@ -193,7 +208,8 @@ impl Hub {
             metrics: Metrics::default(),
             recorder,
             started_ms: now_ms(),
-            journal: Mutex::new(journal),
+            history: Mutex::new(history),
+            outbox: Outbox::new(),
             events: broadcast::channel(EVENTS).0,
             frames: broadcast::channel(FRAMES).0,
             stopping: AtomicBool::new(false),
@@ -205,9 +221,14 @@ impl Hub {
         self.by_name.get(name).copied()
     }
 
-    /// The journal, for as short as can be.
-    pub fn journal(&self) -> MutexGuard<'_, Journal> {
-        self.journal.lock().unwrap_or_else(PoisonError::into_inner)
+    /// All alarms that have been told, for as short as can be.
+    pub fn history(&self) -> MutexGuard<'_, History> {
+        self.history.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What is on its way to the disk and to whoever listens.
+    pub fn outbox(&self) -> &Outbox {
+        &self.outbox
     }
 
     /// Takes readings; false when the service stops.
@@ -251,14 +272,58 @@ impl Hub {
         Ok(cell.sha256())
     }
 
-    /// Writes what happened to the alarms of a machine, which is locked, to the journal, and then
-    /// tells of it.
-    pub fn commit(&self, place: usize, machine: &mut Machine) {
-        for event in machine.take_events() {
-            let written = self.journal().append(&event);
-            if let Err(error) = written {
-                count(&self.metrics.journal_errors);
-                tracing::error!(%error, alarm = event.alarm.id, "the journal");
+    /// Takes what happened to the alarms of a machine, which is locked, to be written and then told;
+    /// how many events there are in all with the last of these, 0 where nothing happened.
+    pub fn commit(&self, place: usize, machine: &mut Machine) -> u64 {
+        let events = machine.take_events().into_iter();
+        events.fold(0, |_, event| self.outbox.push(place, event))
+    }
+
+    /// Writes events until the outbox is closed and empty.
+    pub fn write_events(&self, journal: &mut dyn Journal) {
+        loop {
+            let unwritten = self.outbox.to_write(RETRY);
+            let closed = unwritten == Unwritten::Closed;
+            let (events, count) = match unwritten {
+                Unwritten::Events(events, count) => (events, count),
+                Unwritten::Nothing | Unwritten::Closed => (Vec::new(), self.outbox.count()),
+            };
+            let kept = self.history().events().count();
+            let all = self.outbox.has_gap() || journal.wants_all(kept);
+            if events.is_empty() && !all {
+                if closed {
+                    return;
+                }
+                continue;
+            }
+            let (written, count) = if all {
+                let (events, count) = self.outbox.everything(&self.history);
+                let events: Vec<&AlarmEvent> = events.iter().collect();
+                (journal.replace(&events), count)
+            } else {
+                let own: Vec<&AlarmEvent> = events.iter().map(|event| &**event).collect();
+                (journal.append(&own), count)
+            };
+            if let Err(error) = &written {
+                for event in &events {
+                    metrics::count(&self.metrics.journal_errors);
+                    tracing::error!(%error, alarm = event.alarm.id, "the journal");
+                }
+            }
+            self.outbox.wrote(count, all && written.is_ok());
+            if closed {
+                return;
+            }
+        }
+    }
+
+    /// Tells of events, each when it is written, until the outbox is closed and empty.
+    pub fn tell_events(&self) {
+        while let Some(untold) = self.outbox.to_tell(&self.history) {
+            let event = untold.event;
+            if untold.late {
+                metrics::count(&self.metrics.journal_late);
+                tracing::warn!(alarm = event.alarm.id, "told before it is written");
             }
             tracing::info!(
                 machine = event.alarm.machine,
@@ -268,15 +333,13 @@ impl Hub {
                 text = event.text,
                 "alarm"
             );
-            let event = Box::new(event);
-            if let Some(recorder) = &self.recorder {
-                recorder.push(Recorded::Event {
-                    machine: place,
-                    event: event.clone(),
-                });
-            }
             // Nobody may listen.
-            let _ = self.events.send(Arc::new(*event));
+            let _ = self.events.send(Arc::clone(&event));
+            self.outbox.told(untold.count);
+            if let Some(recorder) = &self.recorder {
+                let machine = untold.machine;
+                recorder.push(Recorded::Event { machine, event });
+            }
         }
     }
 
@@ -333,10 +396,90 @@ impl Hub {
         open
     }
 
-    /// Whether every machine has had a sample and none is silent.
+    /// Whether every machine has had a sample. One that is stale is for the operators, whose page
+    /// has to be there then.
     pub fn is_ready(&self) -> bool {
         let now_ns = now_ns();
         let mut states = self.cells.iter().map(|cell| cell.lock().state(now_ns));
-        states.all(|state| !matches!(state, MachineState::NoData | MachineState::Stale))
+        states.all(|state| state != MachineState::NoData)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::{AlarmList, AlarmOptions, Condition};
+
+    fn event(id: u64) -> AlarmEvent {
+        let mut list = AlarmList::new("gt1", "bank", AlarmOptions::default());
+        let condition = Condition {
+            key: 0,
+            source: "t3".to_owned(),
+            statistic: 2.0,
+            threshold: 1.0,
+            onset_ms: None,
+        };
+        list.raise(condition, 0);
+        list.advance(0, true, || id);
+        list.take_events().remove(0)
+    }
+
+    /// A disk that is full for its first writes.
+    #[derive(Default)]
+    struct FullDisk {
+        writes: usize,
+        failed: bool,
+        ids: Vec<u64>,
+    }
+
+    impl FullDisk {
+        fn write(&mut self, events: &[&AlarmEvent], mut ids: Vec<u64>) -> Result<(), ServeError> {
+            self.writes += 1;
+            self.failed = self.writes <= 2;
+            if self.failed {
+                return Err(ServeError::option("disk", "room", "none"));
+            }
+            ids.extend(events.iter().map(|event| event.alarm.id));
+            self.ids = ids;
+            Ok(())
+        }
+    }
+
+    impl Journal for FullDisk {
+        fn append(&mut self, events: &[&AlarmEvent]) -> Result<(), ServeError> {
+            let ids = self.ids.clone();
+            self.write(events, ids)
+        }
+
+        fn wants_all(&self, _: usize) -> bool {
+            self.failed
+        }
+
+        fn replace(&mut self, events: &[&AlarmEvent]) -> Result<(), ServeError> {
+            self.write(events, Vec::new())
+        }
+    }
+
+    /// What could not be written is told and counted, and written with the next event that can be.
+    #[test]
+    fn a_full_disk_loses_no_event_when_there_is_room_again() {
+        let hub = Hub::new(Vec::new(), Vec::new(), History::default(), None);
+        let mut heard = hub.events();
+        let mut journal = FullDisk::default();
+        std::thread::scope(|scope| {
+            scope.spawn(|| hub.tell_events());
+            scope.spawn(|| hub.write_events(&mut journal));
+            for id in 1..=3 {
+                let count = hub.outbox().push(0, event(id));
+                assert!(hub.outbox().is_written(count, Duration::from_secs(60)));
+                assert_eq!(heard.blocking_recv().unwrap().alarm.id, id);
+            }
+            hub.outbox().close();
+        });
+        assert_eq!(journal.ids, [1, 2, 3]);
+        let late = hub.metrics.journal_late.load(Ordering::Relaxed);
+        let errors = hub.metrics.journal_errors.load(Ordering::Relaxed);
+        assert_eq!((errors, late), (2, 0));
+        assert_eq!(hub.history().alarms().count(), 3);
     }
 }

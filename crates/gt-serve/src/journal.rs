@@ -1,6 +1,5 @@
-//! The history of all alarms: in a file that outlives a crash, and in memory to be asked.
+//! The file of all that happened to alarms, which outlives a crash.
 
-use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -8,53 +7,66 @@ use std::path::{Path, PathBuf};
 use gt_log::write_atomically;
 
 use crate::error::ServeError;
-use crate::pipeline::{Alarm, AlarmAction, AlarmEvent, AlarmState};
+use crate::history::History;
+use crate::pipeline::{AlarmAction, AlarmEvent};
 
-/// Closed alarms that are kept.
-const KEPT_ALARMS: usize = 10_000;
-/// Events of one alarm that are kept: all of the usual alarm's.
-const KEPT_EVENTS: usize = 200;
 /// The file is written anew when it has this many lines more than what is kept.
 const SPARE_LINES: usize = 20_000;
 
-/// All alarms with their events.
-#[derive(Debug)]
-pub struct Journal {
-    path: Option<PathBuf>,
-    file: Option<File>,
-    lines: usize,
-    alarms: BTreeMap<u64, Entry>,
-    /// The largest number ever given.
-    largest_id: u64,
+/// Where events are kept.
+pub trait Journal: Send {
+    /// Takes events; when this returns, they are on the disk.
+    ///
+    /// # Errors
+    /// [`ServeError`] when they cannot be written.
+    fn append(&mut self, events: &[&AlarmEvent]) -> Result<(), ServeError>;
+
+    /// Whether it has to be written anew: a write failed, or it holds much more than the `kept` events
+    /// that are still of use.
+    fn wants_all(&self, kept: usize) -> bool;
+
+    /// Puts these events in the place of what it has.
+    ///
+    /// # Errors
+    /// [`ServeError`] when they cannot be written; what it has stays.
+    fn replace(&mut self, events: &[&AlarmEvent]) -> Result<(), ServeError>;
 }
 
-#[derive(Debug)]
-struct Entry {
-    alarm: Alarm,
-    events: Vec<AlarmEvent>,
-}
+/// No file: the history in memory is all there is.
+pub struct NoJournal;
 
-impl Journal {
-    /// A journal in memory alone.
-    pub fn in_memory() -> Self {
-        Self {
-            path: None,
-            file: None,
-            lines: 0,
-            alarms: BTreeMap::new(),
-            largest_id: 0,
-        }
+impl Journal for NoJournal {
+    fn append(&mut self, _: &[&AlarmEvent]) -> Result<(), ServeError> {
+        Ok(())
     }
 
-    /// The journal of a file, which need not be there. A last line that was not written to its end,
-    /// as when the machine lost its power, is dropped: what it says was never told to anybody.
+    fn wants_all(&self, _: usize) -> bool {
+        false
+    }
+
+    fn replace(&mut self, _: &[&AlarmEvent]) -> Result<(), ServeError> {
+        Ok(())
+    }
+}
+
+/// A file with a line an event.
+#[derive(Debug)]
+pub struct JournalFile {
+    path: PathBuf,
+    /// `None` after a write that failed, which may have left half a line.
+    file: Option<File>,
+    lines: usize,
+}
+
+impl JournalFile {
+    /// The journal of a file, which need not be there, and what it holds. A last line that was not
+    /// written to its end, as when the machine lost its power, is dropped.
     ///
     /// # Errors
     /// [`ServeError`] when the file cannot be read or written, or a line that is whole is not an
     /// event: then something else wrote to it, and nothing is touched.
-    pub fn open(path: &Path) -> Result<Self, ServeError> {
-        let mut journal = Self::in_memory();
-        journal.path = Some(path.to_owned());
+    pub fn open(path: &Path) -> Result<(Self, History), ServeError> {
+        let mut history = History::default();
         match std::fs::read_to_string(path) {
             Ok(text) => {
                 for (number, line) in text.split_inclusive('\n').enumerate() {
@@ -67,133 +79,71 @@ impl Journal {
                             line: number + 1,
                             cause: cause.to_string(),
                         })?;
-                    journal.remember(event);
+                    history.remember(event);
                 }
             }
             Err(cause) if cause.kind() == std::io::ErrorKind::NotFound => {}
             Err(cause) => return Err(ServeError::io("read", path, &cause)),
         }
+        let mut journal = Self {
+            path: path.to_owned(),
+            file: None,
+            lines: 0,
+        };
         // Without the torn line, and without what is no longer kept.
-        journal.rewrite()?;
-        Ok(journal)
+        journal.replace(&history.events().collect::<Vec<_>>())?;
+        Ok((journal, history))
     }
 
-    /// Takes an event; when this returns, it is on the disk.
-    ///
-    /// # Errors
-    /// [`ServeError`] when it cannot be written; it is remembered all the same.
-    pub fn append(&mut self, event: &AlarmEvent) -> Result<(), ServeError> {
-        self.remember(event.clone());
-        // What is known better every few seconds is not worth a write.
-        if event.event == AlarmAction::Changed {
-            return Ok(());
-        }
-        let Some(path) = self.path.clone() else {
-            return Ok(());
-        };
-        if self.file.is_none() {
-            // A write failed before: begin a sound file.
-            return self.rewrite();
-        }
-        let mut line = serde_json::to_vec(event).map_err(|cause| ServeError::Journal {
-            path: path.clone(),
-            line: self.lines + 1,
-            cause: cause.to_string(),
-        })?;
-        line.push(b'\n');
-        let written = self.file.as_mut().map_or(Ok(()), |file| {
-            file.write_all(&line).and_then(|()| file.sync_data())
-        });
-        if let Err(cause) = written {
-            self.file = None;
-            return Err(ServeError::io("write", &path, &cause));
-        }
-        self.lines += 1;
-        let kept: usize = self.alarms.values().map(|entry| entry.events.len()).sum();
-        if self.lines > kept + SPARE_LINES {
-            self.rewrite()?;
-        }
-        Ok(())
-    }
-
-    fn remember(&mut self, event: AlarmEvent) {
-        let id = event.alarm.id;
-        self.largest_id = self.largest_id.max(id);
-        let entry = self.alarms.entry(id).or_insert_with(|| Entry {
-            alarm: event.alarm.clone(),
-            events: Vec::new(),
-        });
-        entry.alarm = event.alarm.clone();
-        if event.event != AlarmAction::Changed {
-            if entry.events.len() >= KEPT_EVENTS {
-                // The first says how it began.
-                entry.events.remove(1);
+    /// A line an event, but for what is known better every few seconds, which is not worth a write;
+    /// and how many lines.
+    fn text(&self, events: &[&AlarmEvent]) -> Result<(Vec<u8>, usize), ServeError> {
+        let (mut text, mut lines) = (Vec::new(), 0);
+        for event in events {
+            if event.event == AlarmAction::Changed {
+                continue;
             }
-            entry.events.push(event);
-        }
-        while self.alarms.len() > KEPT_ALARMS {
-            let closed = self.alarms.iter().find(|(_, entry)| !entry.alarm.is_open());
-            let Some(oldest) = closed.map(|(id, _)| *id) else {
-                break;
-            };
-            self.alarms.remove(&oldest);
-        }
-    }
-
-    /// Writes what is kept to a file of its own and puts it in the place of the old one.
-    fn rewrite(&mut self) -> Result<(), ServeError> {
-        let Some(path) = &self.path else {
-            return Ok(());
-        };
-        // Alarm by alarm: of each the last line counts.
-        let entries = self.alarms.values();
-        let events: Vec<&AlarmEvent> = entries.flat_map(|entry| &entry.events).collect();
-        let mut text = Vec::new();
-        for event in &events {
             serde_json::to_writer(&mut text, event).map_err(|cause| ServeError::Journal {
-                path: path.clone(),
-                line: 0,
+                path: self.path.clone(),
+                line: self.lines + lines + 1,
                 cause: cause.to_string(),
             })?;
             text.push(b'\n');
+            lines += 1;
         }
-        self.lines = events.len();
-        write_atomically(path, &text)?;
-        let opened = OpenOptions::new().append(true).open(path);
-        self.file = Some(opened.map_err(|cause| ServeError::io("open", path, &cause))?);
+        Ok((text, lines))
+    }
+}
+
+impl Journal for JournalFile {
+    fn append(&mut self, events: &[&AlarmEvent]) -> Result<(), ServeError> {
+        let (text, lines) = self.text(events)?;
+        if lines == 0 {
+            return Ok(());
+        }
+        let mut file = self.file.take().ok_or_else(|| ServeError::Io {
+            what: "write",
+            path: self.path.clone(),
+            cause: "a write before failed".to_owned(),
+        })?;
+        let written = file.write_all(&text).and_then(|()| file.sync_data());
+        written.map_err(|cause| ServeError::io("write", &self.path, &cause))?;
+        self.file = Some(file);
+        self.lines += lines;
         Ok(())
     }
 
-    /// The largest number ever given to an alarm.
-    pub fn largest_id(&self) -> u64 {
-        self.largest_id
+    fn wants_all(&self, kept: usize) -> bool {
+        self.file.is_none() || self.lines > kept + SPARE_LINES
     }
 
-    /// Closes the open alarms of machines that are no longer there: nobody could.
-    pub fn forget_machines_but(&mut self, machines: &[&str]) {
-        for entry in self.alarms.values_mut() {
-            if entry.alarm.is_open() && !machines.contains(&entry.alarm.machine.as_str()) {
-                entry.alarm.state = AlarmState::Normal;
-            }
-        }
-    }
-
-    /// The open alarms of a machine.
-    pub fn open_of(&self, machine: &str) -> Vec<Alarm> {
-        let alarms = self.alarms.values().map(|entry| &entry.alarm);
-        let own = alarms.filter(|alarm| alarm.machine == machine && alarm.is_open());
-        own.cloned().collect()
-    }
-
-    /// Alarms, the newest first.
-    pub fn alarms(&self) -> impl Iterator<Item = &Alarm> {
-        self.alarms.values().rev().map(|entry| &entry.alarm)
-    }
-
-    /// An alarm with its events.
-    pub fn alarm(&self, id: u64) -> Option<(&Alarm, &[AlarmEvent])> {
-        let entry = self.alarms.get(&id)?;
-        Some((&entry.alarm, &entry.events))
+    fn replace(&mut self, events: &[&AlarmEvent]) -> Result<(), ServeError> {
+        let (text, lines) = self.text(events)?;
+        write_atomically(&self.path, &text)?;
+        let opened = OpenOptions::new().append(true).open(&self.path);
+        self.file = Some(opened.map_err(|cause| ServeError::io("open", &self.path, &cause))?);
+        self.lines = lines;
+        Ok(())
     }
 }
 
@@ -203,6 +153,10 @@ mod tests {
     use gtfdi::fdi::{NamedDiagnosis, NamedHypothesis};
 
     use crate::pipeline::{AlarmList, AlarmListState, AlarmOptions, Condition};
+
+    fn append(journal: &mut JournalFile, event: &AlarmEvent) {
+        journal.append(&[event]).unwrap();
+    }
 
     /// Alarms of one statistic that come, are seen and go, with their events.
     fn events(alarms: i64) -> Vec<AlarmEvent> {
@@ -233,13 +187,13 @@ mod tests {
     fn what_was_written_is_there_again() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("alarms.jsonl");
-        let mut journal = Journal::open(&path).unwrap();
+        let (mut journal, _) = JournalFile::open(&path).unwrap();
         let events = events(3);
         for event in &events[..events.len() - 2] {
-            journal.append(event).unwrap();
+            append(&mut journal, event);
         }
         drop(journal);
-        let again = Journal::open(&path).unwrap();
+        let (_, again) = JournalFile::open(&path).unwrap();
         assert_eq!(again.largest_id(), 3);
         let open: Vec<u64> = again.open_of("gt1").iter().map(|alarm| alarm.id).collect();
         assert_eq!(open, [3]);
@@ -253,26 +207,26 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("alarms.jsonl");
         let events = events(2);
-        let mut journal = Journal::open(&path).unwrap();
+        let (mut journal, _) = JournalFile::open(&path).unwrap();
         for event in &events {
-            journal.append(event).unwrap();
+            append(&mut journal, event);
         }
         let whole = std::fs::read(&path).unwrap();
         let ends: Vec<usize> = (0..whole.len()).filter(|at| whole[*at] == b'\n').collect();
         for cut in (ends[4] + 1..whole.len()).step_by(37) {
             std::fs::write(&path, &whole[..cut]).unwrap();
-            let mut journal = Journal::open(&path).unwrap();
+            let (mut journal, history) = JournalFile::open(&path).unwrap();
             let lines = ends.iter().filter(|end| **end < cut).count();
             let count: usize = [1, 2]
                 .iter()
-                .filter_map(|id| Some(journal.alarm(*id)?.1.len()))
+                .filter_map(|id| Some(history.alarm(*id)?.1.len()))
                 .sum();
             assert_eq!(count, lines, "cut at {cut}");
-            journal.append(&events[lines]).unwrap();
+            append(&mut journal, &events[lines]);
             drop(journal);
             let text = std::fs::read_to_string(&path).unwrap();
             assert_eq!(text.lines().count(), lines + 1);
-            Journal::open(&path).unwrap();
+            JournalFile::open(&path).unwrap();
         }
     }
 
@@ -314,12 +268,12 @@ mod tests {
             pair: None,
         };
         list.learn(0, &diagnosis, 2000, |_| 0);
-        let mut journal = Journal::open(&path).unwrap();
+        let (mut journal, _) = JournalFile::open(&path).unwrap();
         for event in list.take_events() {
-            journal.append(&event).unwrap();
+            append(&mut journal, &event);
         }
         drop(journal);
-        let open = Journal::open(&path).unwrap().open_of("gt1");
+        let open = JournalFile::open(&path).unwrap().1.open_of("gt1");
         assert_eq!(open[0].statistic.to_bits(), f64::MAX.to_bits());
         assert_eq!(open[0].fault.as_deref(), Some("a"));
         assert_eq!(open[0].magnitude, None);
@@ -339,7 +293,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("alarms.jsonl");
         std::fs::write(&path, "shopping: bread\n").unwrap();
-        let error = Journal::open(&path).unwrap_err().to_string();
+        let error = JournalFile::open(&path).unwrap_err().to_string();
         let start = format!(
             "{}: line 1: expected an event of an alarm: ",
             path.display()
@@ -350,22 +304,5 @@ mod tests {
             "{error}"
         );
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "shopping: bread\n");
-    }
-
-    #[test]
-    fn memory_and_file_stay_bounded() {
-        let mut journal = Journal::in_memory();
-        let events = events(1);
-        for id in 1..=12_000 {
-            for event in &events {
-                let mut event = event.clone();
-                event.alarm.id = id;
-                journal.append(&event).unwrap();
-            }
-        }
-        assert_eq!(journal.alarms().count(), KEPT_ALARMS);
-        assert_eq!(journal.alarms().next().unwrap().id, 12_000);
-        assert!(journal.alarm(2000).is_none());
-        assert_eq!(journal.largest_id(), 12_000);
     }
 }

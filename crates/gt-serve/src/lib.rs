@@ -3,7 +3,7 @@
 //! ```text
 //! source (lines, broker, embedded turbine, played record) -> queue -> worker
 //!     worker: readings -> hygiene -> samples -> bank or isolator -> alarms
-//!     -> journal, then page and API, broker; recorder and snapshots beside them
+//!     -> outbox -> journal, then page and API, broker, recorder; snapshots beside them
 //! ```
 //!
 //! [`pipeline`] is all that decides, without input, output or a clock. Around it [`serve()`] puts
@@ -26,11 +26,13 @@ mod config;
 mod error;
 #[cfg(fuzzing)]
 pub mod fuzzing;
+mod history;
 mod http;
 mod hub;
 mod journal;
 mod logging;
 mod metrics;
+mod outbox;
 pub mod pipeline;
 mod queue;
 mod recorder;

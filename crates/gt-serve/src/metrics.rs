@@ -41,6 +41,8 @@ pub struct Metrics {
     pub frames_dropped: AtomicU64,
     /// Events that could not be written to the journal.
     pub journal_errors: AtomicU64,
+    /// Events that were told before they were written.
+    pub journal_late: AtomicU64,
     /// Records that could not be written to the log.
     pub recorder_errors: AtomicU64,
     /// Times the broker was found again.

@@ -18,6 +18,14 @@ pub enum QueuePolicy {
     DropOldest,
 }
 
+/// What a queue holds.
+pub trait Queued {
+    /// Whether what comes after it can do without it.
+    fn may_be_dropped(&self) -> bool {
+        true
+    }
+}
+
 /// A queue that several threads may fill and one empties.
 #[derive(Debug)]
 pub struct Queue<T> {
@@ -47,7 +55,7 @@ pub enum Popped<T> {
     Closed,
 }
 
-impl<T> Queue<T> {
+impl<T: Queued> Queue<T> {
     /// A queue of at most `capacity`, at least 1.
     pub fn new(capacity: usize, policy: QueuePolicy) -> Self {
         Self {
@@ -69,13 +77,18 @@ impl<T> Queue<T> {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Puts one at the end; false when the queue is closed.
+    /// Puts one at the end; false when the queue is closed. Where the oldest is dropped, one that may
+    /// not be dropped stays, even if the queue grows longer than it should.
     pub fn push(&self, item: T) -> bool {
         let mut inner = self.lock();
         while inner.items.len() >= self.capacity && !inner.closed {
             match self.policy {
                 QueuePolicy::DropOldest => {
-                    inner.items.pop_front();
+                    let oldest = inner.items.iter().position(Queued::may_be_dropped);
+                    let Some(oldest) = oldest else {
+                        break;
+                    };
+                    inner.items.remove(oldest);
                     inner.dropped += 1;
                 }
                 QueuePolicy::Block => {
@@ -139,6 +152,13 @@ mod tests {
 
     const SHORT: Duration = Duration::from_millis(20);
 
+    /// Negative numbers may not be dropped.
+    impl Queued for i32 {
+        fn may_be_dropped(&self) -> bool {
+            *self >= 0
+        }
+    }
+
     #[test]
     fn a_full_queue_drops_its_oldest_where_that_is_asked() {
         let queue = Queue::new(3, QueuePolicy::DropOldest);
@@ -153,6 +173,18 @@ mod tests {
         queue.close();
         assert_eq!(queue.pop(SHORT), Popped::Closed);
         assert!(!queue.push(1));
+    }
+
+    #[test]
+    fn what_may_not_be_dropped_stays_in_its_place() {
+        let queue = Queue::new(3, QueuePolicy::DropOldest);
+        for k in [-1, 0, -2, 1, 2, -3, -4, -5] {
+            assert!(queue.push(k));
+        }
+        assert_eq!(queue.counts(), (5, 5, 3));
+        for k in [-1, -2, -3, -4, -5] {
+            assert_eq!(queue.pop(SHORT), Popped::Item(k));
+        }
     }
 
     #[test]

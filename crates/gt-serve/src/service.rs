@@ -19,9 +19,10 @@ use tokio::sync::Semaphore;
 use crate::clock::now_ms;
 use crate::config::{DEFAULT_LISTEN, ServeConfig};
 use crate::error::ServeError;
+use crate::history::History;
 use crate::http::{Access, Service, router, tls};
 use crate::hub::{Cell, Hub};
-use crate::journal::Journal;
+use crate::journal::{Journal, JournalFile, NoJournal};
 use crate::pipeline::{Machine, MachineOptions};
 use crate::queue::{Queue, QueuePolicy};
 use crate::recorder::Recorder;
@@ -40,6 +41,8 @@ const SNAPSHOT_S: f64 = 10.0;
 const RECORDED: usize = 65_536;
 /// How long requests may take to end when the service stops.
 const GRACE: Duration = Duration::from_secs(2);
+/// How long the disk may take with the last events when the service stops.
+const LAST_WRITE: Duration = Duration::from_secs(10);
 /// How long a connection may take to send a request.
 const FIRST_REQUEST: Duration = Duration::from_secs(10);
 /// How long a worker may be at one message before the watchdog is no longer answered, ms.
@@ -69,7 +72,8 @@ pub fn serve(config: &ServeConfig, announce: impl FnOnce(SocketAddr)) -> Result<
     };
     let broker = config.mqtt.as_ref().map(Broker::new).transpose()?;
     let _lock = config.state_dir.as_deref().map(lock).transpose()?;
-    let (hub, plant) = build(config)?;
+    let (mut journal, history) = open_journal(config)?;
+    let (hub, plant) = build(config, history)?;
     let hub = Arc::new(hub);
     let replays = config.replays.iter();
     let replays = replays
@@ -85,6 +89,14 @@ pub fn serve(config: &ServeConfig, announce: impl FnOnce(SocketAddr)) -> Result<
             Some(spawn("recorder", move || recorder.run(&hub))?)
         }
         None => None,
+    };
+    let telling = {
+        let hub = Arc::clone(&hub);
+        spawn("telling", move || hub.tell_events())?
+    };
+    let writing = {
+        let hub = Arc::clone(&hub);
+        spawn("journal", move || hub.write_events(&mut *journal))?
     };
     for worker in 0..hub.queues.len() {
         let hub = Arc::clone(&hub);
@@ -127,6 +139,14 @@ pub fn serve(config: &ServeConfig, announce: impl FnOnce(SocketAddr)) -> Result<
     }
     for thread in threads.sources.into_iter().chain(threads.judging) {
         let _ = thread.join();
+    }
+    hub.outbox().close();
+    let _ = telling.join();
+    // A disk that does not answer is not waited for without end.
+    if hub.outbox().is_written(hub.outbox().count(), LAST_WRITE) {
+        let _ = writing.join();
+    } else {
+        tracing::error!("the journal's disk does not answer");
     }
     if let Some(folder) = &config.state_dir {
         snapshots::write_all(&hub, folder);
@@ -193,18 +213,26 @@ fn lock(folder: &Path) -> Result<File, ServeError> {
     Ok(file)
 }
 
-/// The machines with what they remember, and the embedded turbine.
-fn build(config: &ServeConfig) -> Result<(Hub, Option<Arc<EmbeddedPlant>>), ServeError> {
-    let mut journal = match &config.state_dir {
-        Some(folder) => Journal::open(&folder.join("alarms.jsonl"))?,
-        None => Journal::in_memory(),
+/// Where events are written, and what happened before.
+fn open_journal(config: &ServeConfig) -> Result<(Box<dyn Journal>, History), ServeError> {
+    let Some(folder) = &config.state_dir else {
+        return Ok((Box::new(NoJournal), History::default()));
     };
+    let (journal, history) = JournalFile::open(&folder.join("alarms.jsonl"))?;
+    Ok((Box::new(journal), history))
+}
+
+/// The machines with what they remember, and the embedded turbine.
+fn build(
+    config: &ServeConfig,
+    mut history: History,
+) -> Result<(Hub, Option<Arc<EmbeddedPlant>>), ServeError> {
     let cores = thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let embedded = config.embedded();
     let count = config.machines.len() + usize::from(embedded.is_some());
     let workers = config.queue.workers.unwrap_or(cores).min(count.max(1));
     let mut cells = Vec::with_capacity(count);
-    let first_id = journal.largest_id() + 1;
+    let first_id = history.largest_id() + 1;
     let mut add = |name: &str,
                    file: Option<&Path>,
                    options: MachineOptions,
@@ -221,7 +249,7 @@ fn build(config: &ServeConfig) -> Result<(Hub, Option<Arc<EmbeddedPlant>>), Serv
         let folder = config.state_dir.as_deref();
         let snapshot = folder.and_then(|folder| snapshots::read(folder, name));
         let had_snapshot = snapshot.is_some();
-        if let Some(why) = machine.resume(journal.open_of(name), snapshot, now_ms())
+        if let Some(why) = machine.resume(history.open_of(name), snapshot, now_ms())
             && had_snapshot
         {
             tracing::warn!(machine = name, why, "begins afresh");
@@ -284,13 +312,13 @@ fn build(config: &ServeConfig) -> Result<(Hub, Option<Arc<EmbeddedPlant>>), Serv
         });
         Queue::new(RECORDED, policy)
     });
-    journal.forget_machines_but(
+    history.forget_machines_but(
         &cells
             .iter()
             .map(|cell| cell.name.as_str())
             .collect::<Vec<_>>(),
     );
-    Ok((Hub::new(cells, queues.collect(), journal, recorder), plant))
+    Ok((Hub::new(cells, queues.collect(), history, recorder), plant))
 }
 
 fn read_detector(file: Option<&Path>) -> Result<(DetectorFile, Vec<u8>), ServeError> {
@@ -487,7 +515,12 @@ pub(crate) fn turbine_hub() -> Arc<Hub> {
     use std::sync::LazyLock;
 
     #[allow(clippy::unwrap_used)] // a failed step is a failed test
-    static HUB: LazyLock<Arc<Hub>> =
-        LazyLock::new(|| Arc::new(build(&ServeConfig::default()).unwrap().0));
+    static HUB: LazyLock<Arc<Hub>> = LazyLock::new(|| {
+        Arc::new(
+            build(&ServeConfig::default(), History::default())
+                .unwrap()
+                .0,
+        )
+    });
     Arc::clone(&HUB)
 }

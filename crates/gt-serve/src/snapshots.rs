@@ -13,6 +13,9 @@ use crate::pipeline::MachineSnapshot;
 /// How often a waiting thread looks whether to stop.
 const PATIENCE: Duration = Duration::from_millis(100);
 
+/// How long a snapshot waits for the journal.
+const JOURNAL: Duration = Duration::from_secs(1);
+
 /// The file of a machine's snapshot.
 fn file(folder: &Path, machine: &str) -> PathBuf {
     folder.join(format!("{machine}.snapshot.json"))
@@ -35,10 +38,21 @@ pub fn read(folder: &Path, machine: &str) -> Option<MachineSnapshot> {
 /// Writes the snapshots of all machines, one after the other, each whole or not at all.
 pub fn write_all(hub: &Hub, folder: &Path) {
     for cell in &hub.cells {
-        let snapshot = cell.lock().snapshot();
+        let (snapshot, events) = {
+            let machine = cell.lock();
+            (machine.snapshot(), hub.outbox().count())
+        };
         let Some(snapshot) = snapshot else {
             continue;
         };
+        // A snapshot knows of no alarm that the journal does not know.
+        if !hub.outbox().is_written(events, JOURNAL) {
+            tracing::warn!(
+                machine = cell.name,
+                "no snapshot: the journal's disk is slow"
+            );
+            continue;
+        }
         let path = file(folder, &cell.name);
         let written = serde_json::to_vec(&snapshot).map_err(|cause| cause.to_string());
         let written = written

@@ -12,7 +12,7 @@ POLICY = {
     "connect-src 'self'", "base-uri 'none'", "form-action 'none'", "frame-ancestors 'none'",
 }
 SKIPPED = object()
-STATES = {"No data", "Learning", "Settling", "Healthy", "Alarm", "Stale data", "Failed"}
+STATES = {"No data", "Settling", "Healthy", "Alarm", "Stale data", "Failed"}
 
 
 def load(browser, url, token=None):

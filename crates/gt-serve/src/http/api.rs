@@ -65,7 +65,7 @@ pub async fn readyz(State(service): State<Arc<Service>>) -> (StatusCode, &'stati
     } else {
         (
             StatusCode::SERVICE_UNAVAILABLE,
-            "not ready: a machine has no data, or none lately\n",
+            "not ready: a machine has had no data, or the service stops\n",
         )
     }
 }
@@ -184,8 +184,8 @@ pub async fn alarms(
             "limit: expected 1 to {MOST_ALARMS}, found {limit}"
         )));
     }
-    let journal = service.hub.journal();
-    let alarms = journal.alarms().filter(|alarm| {
+    let history = service.hub.history();
+    let alarms = history.alarms().filter(|alarm| {
         query.open.is_none_or(|open| alarm.is_open() == open)
             && query
                 .machine
@@ -207,8 +207,8 @@ pub async fn alarms(
 }
 
 fn alarm_of(service: &Service, id: u64) -> Result<Alarm, ApiError> {
-    let journal = service.hub.journal();
-    let found = journal.alarm(id).map(|(alarm, _)| alarm.clone());
+    let history = service.hub.history();
+    let found = history.alarm(id).map(|(alarm, _)| alarm.clone());
     found.ok_or_else(|| ApiError::not_found(format!("alarm {id}: expected one of /api/v1/alarms")))
 }
 
@@ -222,8 +222,8 @@ pub async fn alarm_events(
     State(service): State<Arc<Service>>,
     Path(id): Path<u64>,
 ) -> Reply<Value> {
-    let journal = service.hub.journal();
-    let Some((_, events)) = journal.alarm(id) else {
+    let history = service.hub.history();
+    let Some((_, events)) = history.alarm(id) else {
         return Err(ApiError::not_found(format!(
             "alarm {id}: expected one of /api/v1/alarms"
         )));
@@ -242,17 +242,21 @@ pub async fn alarm_events(
     Ok(Json(json!({ "events": events })))
 }
 
-/// Lets an operator act on an alarm of its machine.
-fn act(
+/// Lets an operator act on an alarm of its machine; the answer comes when it is on the disk, or, from
+/// a disk that does not answer, when everybody has been told.
+async fn act(
     service: &Service,
     id: u64,
     action: impl FnOnce(&mut AlarmList) -> Result<Alarm, AlarmError>,
 ) -> Reply<Alarm> {
     let name = alarm_of(service, id)?.machine;
     let place = place(service, &name)?;
-    let mut machine = service.hub.cells[place].lock();
-    let alarm = action(machine.alarms_mut());
-    service.hub.commit(place, &mut machine);
+    let (alarm, events) = {
+        let mut machine = service.hub.cells[place].lock();
+        let alarm = action(machine.alarms_mut());
+        (alarm, service.hub.commit(place, &mut machine))
+    };
+    service.hub.outbox().until_told(events).await;
     Ok(Json(alarm?))
 }
 
@@ -305,6 +309,7 @@ pub async fn acknowledge(
     act(&service, id, |alarms| {
         alarms.acknowledge(id, &by, &comment, now_ms())
     })
+    .await
 }
 
 /// What sets an alarm aside.
@@ -331,6 +336,7 @@ pub async fn shelve(
     act(&service, id, |alarms| {
         alarms.shelve(id, &by, &reason, seconds, now_ms())
     })
+    .await
 }
 
 /// What takes an alarm from the shelf.
@@ -350,7 +356,7 @@ pub async fn unshelve(
     allow(&caller, Role::Operate)?;
     let Json(body) = body?;
     let by = name_of(&caller, body.by)?;
-    act(&service, id, |alarms| alarms.unshelve(id, &by, now_ms()))
+    act(&service, id, |alarms| alarms.unshelve(id, &by, now_ms())).await
 }
 
 /// `GET /api/v1/faults`.

@@ -53,6 +53,11 @@ fn totals(text: &mut Exposition, hub: &Hub) {
             &all.journal_errors,
         ),
         (
+            "journal_late_total",
+            "Events that were told before they were written: the disk did not answer.",
+            &all.journal_late,
+        ),
+        (
             "recorder_errors_total",
             "Records that were not written.",
             &all.recorder_errors,
@@ -71,6 +76,12 @@ fn totals(text: &mut Exposition, hub: &Hub) {
         );
     }
     text.delays(&all.delays);
+    text.single(
+        "journal_waiting",
+        "gauge",
+        "Events that wait to be written.",
+        hub.outbox().unwritten() as f64,
+    );
     let (mut waiting, mut dropped) = (0, 0);
     for queue in &hub.queues {
         let (now, _, lost) = queue.counts();

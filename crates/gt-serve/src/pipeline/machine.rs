@@ -23,8 +23,6 @@ const BUCKETS: usize = 3600;
 pub enum MachineState {
     /// No sample has come yet.
     NoData,
-    /// Its detector is being made.
-    Learning,
     /// The detector does not judge yet.
     Settling,
     /// Judged, and no alarm.

@@ -233,7 +233,7 @@ impl Publisher {
             self.send_alarm(&alarm.machine, alarm.id, Some(&alarm));
         }
         // Those that ended while the broker was away may still be retained there.
-        let over = hub.journal();
+        let over = hub.history();
         let over = over.alarms().filter(|alarm| !alarm.is_open());
         for alarm in over.take(RETRACTED) {
             self.send_alarm(&alarm.machine, alarm.id, None);
