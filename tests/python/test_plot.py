@@ -187,6 +187,29 @@ def test_orders_are_drawn_above_the_best(healthy):
         assert list(lines[f"_best {label}"].get_xdata()) == [table.best[key]]
 
 
+def test_orders_of_the_frisch_scheme_have_one_criterion(healthy):
+    data = healthy.measured.select(["a_v", "M_f"], ["q_c"])
+    table = gtfdi.frisch_order_table(data, orders=(1, 4))
+    lines = labels(gtfdi.plot.orders(table))
+    known = {row["order"]: row["selection"] for row in table if row["selection"] is not None}
+    line = lines["moment selection"]
+    assert list(line.get_xdata()) == list(known)
+    assert np.array_equal(line.get_ydata(), np.array(list(known.values())) - known[table.best])
+    assert list(lines["_best moment selection"].get_xdata()) == [table.best]
+
+
+def test_an_order_has_the_best_of_its_indices(healthy):
+    data = healthy.measured.select(["a_v", "M_f"], ["q_c", "t3"])
+    table = gtfdi.index_table(data, orders=(2, 4), spread=1)
+    lines = labels(gtfdi.plot.orders(table))
+    for label, key in [("AIC", "aic"), ("MDL", "mdl")]:
+        orders = sorted({row["order"] for row in table})
+        assert list(lines[label].get_xdata()) == orders
+        least = np.array([min(row[key] for row in table if row["order"] == own) for own in orders])
+        assert np.array_equal(lines[label].get_ydata(), least - table.best[key][key])
+        assert list(lines[f"_best {label}"].get_xdata()) == [table.best[key]["order"]]
+
+
 def test_a_roc_counts_runs_at_every_limit():
     ax = gtfdi.plot.roc([1.0, 2.0, 3.0, 4.0], [2.5, 3.5, 5.0])
     (line,) = ax.lines
@@ -316,7 +339,7 @@ def test_what_cannot_be_drawn_is_refused(healthy, fit, bank, faulty):
         (TypeError, "^response: expected FrequencyResponse, found ArxFit$", lambda: plot.bode(fit)),
         (gtfdi.OptionError, "^output: expected one of q_c, t3, found 'p7'$",
          lambda: plot.bode(fit.frequency_response([0.1]), "p7")),
-        (TypeError, "^table: expected OrderTable or EivOrderTable, found list$",
+        (TypeError, "^table: expected OrderTable or .* or IndexTable, found list$",
          lambda: plot.orders([])),
         (TypeError, "^isolation: expected Isolation, found Detection$", lambda: plot.peaks(detection)),
         (TypeError, "^diagnosis: expected Mapping, found list$", lambda: plot.fault_scores([])),

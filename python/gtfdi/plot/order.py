@@ -4,18 +4,23 @@ from typing import Any
 
 from matplotlib.axes import Axes
 
-from gtfdi import EivOrderTable, OrderTable
+from gtfdi import DataError, EivOrderTable, FrischOrderTable, IndexTable, OrderTable
 from gtfdi.plot._argument import of_type
 from gtfdi.plot._panel import panel
 
+_Table = OrderTable | EivOrderTable | FrischOrderTable | IndexTable
 
-def orders(table: OrderTable | EivOrderTable, *, ax: Axes | None = None) -> Axes:
-    """How far each order is above the best one by AIC and MDL (BIC), the best with a full mark.
+
+def orders(table: _Table, *, ax: Axes | None = None) -> Axes:
+    """How far each order is above the best one by its criteria, the best with a full mark.
+
+    AIC and MDL (BIC); of a table of the Frisch scheme the moment selection criterion. Of a table of
+    structural indices each order, their sum, has the least value that any of its indices has.
 
     Parameters
     ----------
-    table : OrderTable or EivOrderTable
-        What ``order_table`` or ``eiv_order_table`` gave.
+    table : OrderTable, EivOrderTable, FrischOrderTable or IndexTable
+        What ``order_table``, ``eiv_order_table``, ``frisch_order_table`` or ``index_table`` gave.
     ax : Axes, optional
         Where it is drawn; a new figure where left out.
 
@@ -27,6 +32,8 @@ def orders(table: OrderTable | EivOrderTable, *, ax: Axes | None = None) -> Axes
     ------
     TypeError
         ``table`` is something else.
+    DataError
+        No order of ``table`` has the criterion.
 
     Examples
     --------
@@ -34,26 +41,43 @@ def orders(table: OrderTable | EivOrderTable, *, ax: Axes | None = None) -> Axes
     >>> [line.get_label() for line in ax.lines]
     ['AIC', '_best AIC', 'MDL', '_best MDL']
     """
-    of_type("table", table, OrderTable, EivOrderTable)
+    of_type("table", table, OrderTable, EivOrderTable, FrischOrderTable, IndexTable)
     drawn = panel(ax)
-    criteria = ("aic", "mdl") if isinstance(table, OrderTable) else ("aic", "bic")
     rows: list[dict[str, Any]] = [dict(row) for row in table]
-    for criterion, marker in zip(criteria, ("o", "s"), strict=True):
-        there = [(row["order"], row[criterion]) for row in rows]
-        known = [(order, value) for order, value in there if value is not None]
-        least = min(value for _, value in known)
+    for (criterion, label), marker in zip(_criteria(table), ("o", "s"), strict=False):
+        least = _least(rows, criterion)
+        if not least:
+            raise DataError(f"table: expected an order with {label}, found none")
+        best = min(least, key=lambda order: least[order])
         (line,) = drawn.plot(
-            [order for order, _ in known],
-            [value - least for _, value in known],
+            list(least),
+            [value - least[best] for value in least.values()],
             marker=marker,
             fillstyle="none",
-            label=criterion.upper(),
+            label=label,
         )
-        best = min(known, key=lambda pair: pair[1])[0]
-        drawn.plot([best], [0.0], marker, color=line.get_color(), label=f"_best {line.get_label()}")
+        drawn.plot([best], [0.0], marker, color=line.get_color(), label=f"_best {label}")
     drawn.set_xlabel("order")
     drawn.set_ylabel("above the best")
     # Differences from nothing to thousands on one axis.
     drawn.set_yscale("symlog", linthresh=10.0)
     drawn.legend(loc="best")
     return drawn
+
+
+def _criteria(table: _Table) -> list[tuple[str, str]]:
+    """The keys of the criteria of a table, and what they are called."""
+    if isinstance(table, FrischOrderTable):
+        return [("selection", "moment selection")]
+    if isinstance(table, EivOrderTable):
+        return [("aic", "AIC"), ("bic", "BIC")]
+    return [("aic", "AIC"), ("mdl", "MDL")]
+
+
+def _least(rows: list[dict[str, Any]], criterion: str) -> dict[int, float]:
+    """The least value that each order has, where one is known, from the lowest order on."""
+    least: dict[int, float] = {}
+    for row in rows:
+        if row[criterion] is not None:
+            least[row["order"]] = min(row[criterion], least.get(row["order"], row[criterion]))
+    return dict(sorted(least.items()))

@@ -317,8 +317,20 @@ fn bad_designs_are_refused_with_their_names() {
     let twice = vec![hypotheses().remove(0), hypotheses().remove(0)];
     assert!(refused(twice).contains("sensor a"));
     // An hour has too few peaks for 24.
-    let error = refused(hypotheses());
-    assert!(error.contains("peaks"), "{error}");
+    let error = IsolationDesign::new(hypotheses())
+        .calibrate("toy", vec![generator()], &healthy(1))
+        .unwrap_err();
+    let FdiError::HealthyHours {
+        asked_hours,
+        needed_hours,
+        found_hours,
+    } = error
+    else {
+        panic!("{error}")
+    };
+    assert_eq!(asked_hours.to_bits(), 24.0_f64.to_bits());
+    assert!(0.9 < found_hours && found_hours <= 1.0, "{found_hours}");
+    assert!(needed_hours >= 2.0 * found_hours, "{needed_hours}");
     let design = IsolationDesign::new(hypotheses()).arl0_hours(-1.0);
     let error = design
         .calibrate("toy", vec![generator()], &healthy(1))

@@ -7,6 +7,11 @@ pub(super) enum Dimension {
     Pressure,
     GaugePressure,
     MassFlow,
+    VolumeFlow,
+    Length,
+    Velocity,
+    Voltage,
+    Current,
     Power,
     Rotation,
     Angle,
@@ -21,6 +26,11 @@ impl Dimension {
             Self::Pressure => "a pressure",
             Self::GaugePressure => "a gauge pressure",
             Self::MassFlow => "a mass flow",
+            Self::VolumeFlow => "a volume flow",
+            Self::Length => "a length",
+            Self::Velocity => "a velocity",
+            Self::Voltage => "a voltage",
+            Self::Current => "a current",
             Self::Power => "a power",
             Self::Rotation => "a speed of rotation",
             Self::Angle => "an angle",
@@ -40,9 +50,10 @@ pub(super) struct Unit {
 
 /// All units that are known, for messages.
 pub(super) const KNOWN: &str = "temperatures K, degC, degF, degR; pressures Pa, bar, atm, psi, at, \
-    mmHg, mmH2O, inH2O; mass flows of g, t, lb per s, min, h, d; powers W, hp, PS; speeds of \
+    mmHg, mmH2O, inH2O; mass flows of g, t, lb, volume flows of m3, L, gal, bbl, ft3 and \
+    velocities of m, in, ft per s, min, h, d; lengths m, mil, in, ft; powers W, hp, PS; speeds of \
     rotation rpm, Hz, 1/s, 1/min, rad/s, deg/s; angles rad, deg, gon, turn; fractions 1, %, ppm; \
-    K, Pa, bar, g, W, Hz and rad with any SI prefix";
+    voltages V; currents A; K, Pa, bar, g, L, m, W, V, A, Hz and rad with any SI prefix";
 
 const PREFIXES: [(&str, f64, f64); 21] = [
     ("da", 1e1, 1.0),
@@ -71,6 +82,12 @@ const PREFIXES: [(&str, f64, f64); 21] = [
 /// A pound of 0.453 592 37 kg and an inch of 25.4 mm under 9.806 65 m/s2 give 1 psi in Pa as this
 /// over 645.16e-6 m2.
 const POUND_FORCE_N: f64 = 4.448_221_615_260_5;
+/// The international inch and foot.
+const INCH_M: f64 = 0.025_4;
+const FOOT_M: f64 = 0.304_8;
+const CUBIC_FOOT_M3: f64 = 0.028_316_846_592;
+/// The gallon of the United States, 231 cubic inches.
+const GALLON_M3: f64 = 0.003_785_411_784;
 /// The mechanical horsepower is 550 ft lbf/s.
 const HORSEPOWER_W: f64 = 745.699_871_582_270_2;
 
@@ -80,11 +97,12 @@ impl Unit {
         let name = name.trim();
         Self::plain(name)
             .or_else(|| Self::prefixed(name))
-            .or_else(|| Self::flow(name))
+            .or_else(|| Self::rate(name))
     }
 
     fn plain(name: &str) -> Option<Self> {
-        use Dimension::{Angle, Fraction, Power, Pressure, Rotation, Temperature};
+        use Dimension::{Angle, Fraction, Length, Power, Pressure, Rotation, Temperature};
+        use Dimension::{Velocity, VolumeFlow};
         use std::f64::consts::PI;
         let (dimension, before, times, over) = match name {
             "degC" | "\u{b0}C" | "C" | "celsius" | "Celsius" => (Temperature, 273.15, 1.0, 1.0),
@@ -99,6 +117,13 @@ impl Unit {
             "bara" | "bar(a)" => (Pressure, 0.0, 1e5, 1.0),
             "mbara" | "mbar(a)" => (Pressure, 0.0, 100.0, 1.0),
             "kPaa" | "kPa(a)" => (Pressure, 0.0, 1e3, 1.0),
+            "in" => (Length, 0.0, INCH_M, 1.0),
+            "mil" => (Length, 0.0, INCH_M, 1e3),
+            "ft" => (Length, 0.0, FOOT_M, 1.0),
+            "ips" => (Velocity, 0.0, INCH_M, 1.0),
+            "fpm" => (Velocity, 0.0, FOOT_M, 60.0),
+            "gpm" => (VolumeFlow, 0.0, GALLON_M3, 60.0),
+            "cfm" => (VolumeFlow, 0.0, CUBIC_FOOT_M3, 60.0),
             "hp" => (Power, 0.0, HORSEPOWER_W, 1.0),
             "PS" => (Power, 0.0, 735.498_75, 1.0),
             "rpm" | "1/min" | "r/min" | "min-1" => (Rotation, 0.0, 2.0 * PI, 60.0),
@@ -124,13 +149,16 @@ impl Unit {
 
     /// A unit that takes SI prefixes, with or without one.
     fn prefixed(name: &str) -> Option<Self> {
-        use Dimension::{Angle, Power, Pressure, Rotation, Temperature};
+        use Dimension::{Angle, Current, Length, Power, Pressure, Rotation, Temperature, Voltage};
         let base = |name: &str| {
             let (dimension, times) = match name {
                 "K" => (Temperature, 1.0),
                 "Pa" => (Pressure, 1.0),
                 "bar" => (Pressure, 1e5),
+                "m" => (Length, 1.0),
                 "W" => (Power, 1.0),
+                "V" => (Voltage, 1.0),
+                "A" => (Current, 1.0),
                 "Hz" => (Rotation, 2.0 * std::f64::consts::PI),
                 "rad" => (Angle, 1.0),
                 _ => return None,
@@ -146,16 +174,28 @@ impl Unit {
         })
     }
 
-    /// A mass per time.
-    fn flow(name: &str) -> Option<Self> {
-        let (mass, time) = name.split_once('/')?;
-        let base = |name: &str| (name == "g").then_some(());
-        let (times, over) = match mass {
-            "t" => (1e3, 1.0),
-            "lb" => (0.453_592_37, 1.0),
-            gram => {
-                let ((), (up, down)) = with_prefix(gram, base)?;
-                (up, down * 1e3)
+    /// A mass, a volume or a length per time.
+    fn rate(name: &str) -> Option<Self> {
+        use Dimension::{MassFlow, Velocity, VolumeFlow};
+        let (amount, time) = name.split_once('/')?;
+        let base = |name: &str| match name {
+            "g" => Some((MassFlow, 1e3)),
+            "L" | "l" => Some((VolumeFlow, 1e3)),
+            "m" => Some((Velocity, 1.0)),
+            _ => None,
+        };
+        let (dimension, times, over) = match amount {
+            "t" => (MassFlow, 1e3, 1.0),
+            "lb" => (MassFlow, 0.453_592_37, 1.0),
+            "m3" | "m^3" | "m\u{b3}" => (VolumeFlow, 1.0, 1.0),
+            "ft3" | "ft^3" | "ft\u{b3}" => (VolumeFlow, CUBIC_FOOT_M3, 1.0),
+            "gal" => (VolumeFlow, GALLON_M3, 1.0),
+            "bbl" => (VolumeFlow, 42.0 * GALLON_M3, 1.0),
+            "in" => (Velocity, INCH_M, 1.0),
+            "ft" => (Velocity, FOOT_M, 1.0),
+            prefixed => {
+                let ((dimension, parts), (up, down)) = with_prefix(prefixed, base)?;
+                (dimension, up, down * parts)
             }
         };
         let seconds = match time {
@@ -166,7 +206,7 @@ impl Unit {
             _ => return None,
         };
         Some(Self {
-            dimension: Dimension::MassFlow,
+            dimension,
             before: 0.0,
             times,
             over: over * seconds,
@@ -231,6 +271,18 @@ mod tests {
             (1.0, "t/h", "g/s", 277.777777777778),
             (1.0, "lb/min", "kg/s", 0.00755987283333333),
             (1.0, "t/d", "kg/h", 41.6666666666667),
+            (1.0, "m3/h", "L/min", 16.6666666666667),
+            (1.0, "gal/min", "m3/s", 6.30901964e-5),
+            (1.0, "ft3/min", "m3/s", 4.719474432e-4),
+            (1.0, "bbl/d", "gal/d", 42.0),
+            (1.0, "cfm", "m\u{b3}/h", 1.69901079552),
+            (1.0, "mL/s", "cL/s", 0.1),
+            (25.4, "mm/s", "ips", 1.0),
+            (1.0, "ft/min", "m/s", 5.08e-3),
+            (1.0, "mil", "um", 25.4),
+            (12.0, "in", "ft", 1.0),
+            (6.6, "kV", "V", 6600.0),
+            (20.0, "mA", "A", 0.02),
             (1.0, "MW", "kW", 1000.0),
             (1.0, "hp", "W", 745.6998715822702),
             (1.0, "PS", "W", 735.49875),
@@ -277,7 +329,7 @@ mod tests {
             );
         }
         for name in [
-            "", "kgs", "kg", "m/s", "mm", "xbar", "kkPa", "kg/", "/s", "dd", "G", "g",
+            "", "kgs", "kg", "m/", "Nm3/h", "mmm", "xbar", "kkPa", "kg/", "/s", "dd", "G", "g",
         ] {
             assert_eq!(Unit::of(name), None, "{name}");
         }

@@ -116,7 +116,7 @@ impl IsolationDesign {
     /// # Errors
     /// [`FdiError`] when an option is out of its range, a record lacks a tag or is shorter than the
     /// generators settle, residuals are not finite or do not move, or the records show too few peaks
-    /// ([`FdiError::TooFewPeaks`]).
+    /// ([`FdiError::HealthyHours`]).
     pub fn calibrate(
         &self,
         name: impl Into<String>,
@@ -296,17 +296,20 @@ impl IsolationDesign {
         let mut mean_times = Vec::with_capacity(count);
         for records in &series {
             let rows: Vec<&[f64]> = records.iter().map(Vec::as_slice).collect();
-            let tail = Tail::fit(&rows, RELEASE_SCANS, run_length)?;
-            let limit = tail.limit_for(run_length);
             let scans: usize = rows.iter().map(|row| row.len()).sum();
             let hours = scans as f64 * scan_s / 3600.0;
-            mean_times.push(MeanTime::of(
-                asked_hours,
-                scan_s,
-                hours,
-                RELEASE_SCANS,
-                Some((tail, limit)),
-            ));
+            let promise = |tail| MeanTime::of(asked_hours, scan_s, hours, RELEASE_SCANS, tail);
+            let tail =
+                Tail::fit(&rows, RELEASE_SCANS, run_length).map_err(|cause| match cause {
+                    FdiError::TooFewPeaks { .. } => FdiError::HealthyHours {
+                        asked_hours: self.arl0_hours,
+                        needed_hours: promise(None).healthy_hours_needed,
+                        found_hours: hours,
+                    },
+                    other => other,
+                })?;
+            let limit = tail.limit_for(run_length);
+            mean_times.push(promise(Some((tail, limit))));
             limits.push(limit);
         }
         Ok((limits, mean_times))
