@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::pipeline::{Alarm, AlarmAction, AlarmEvent, AlarmState};
+use crate::pipeline::{Alarm, AlarmEvent, AlarmState};
 
 /// Closed alarms that are kept.
 const KEPT_ALARMS: usize = 10_000;
@@ -33,7 +33,7 @@ impl History {
             events: Vec::new(),
         });
         entry.alarm = event.alarm.clone();
-        if event.event != AlarmAction::Changed {
+        if event.event.is_kept() {
             if entry.events.len() >= KEPT_EVENTS {
                 // The first says how it began.
                 entry.events.remove(1);

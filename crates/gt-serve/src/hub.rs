@@ -319,11 +319,19 @@ impl Hub {
 
     /// Tells of events, each when it is written, until the outbox is closed and empty.
     pub fn tell_events(&self) {
+        let mut hangs = false;
         while let Some(untold) = self.outbox.to_tell(&self.history) {
             let event = untold.event;
-            if untold.late {
+            if untold.late && event.event.is_kept() {
                 metrics::count(&self.metrics.journal_late);
-                tracing::warn!(alarm = event.alarm.id, "told before it is written");
+            }
+            if untold.late != hangs {
+                hangs = untold.late;
+                if hangs {
+                    tracing::error!("the journal's disk hangs: alarms are told before it has them");
+                } else {
+                    tracing::info!("the journal's disk answers");
+                }
             }
             tracing::info!(
                 machine = event.alarm.machine,

@@ -8,7 +8,7 @@ use gt_log::write_atomically;
 
 use crate::error::ServeError;
 use crate::history::History;
-use crate::pipeline::{AlarmAction, AlarmEvent};
+use crate::pipeline::AlarmEvent;
 
 /// The file is written anew when it has this many lines more than what is kept.
 const SPARE_LINES: usize = 20_000;
@@ -95,12 +95,11 @@ impl JournalFile {
         Ok((journal, history))
     }
 
-    /// A line an event, but for what is known better every few seconds, which is not worth a write;
-    /// and how many lines.
+    /// A line for each event that is kept, and how many lines.
     fn text(&self, events: &[&AlarmEvent]) -> Result<(Vec<u8>, usize), ServeError> {
         let (mut text, mut lines) = (Vec::new(), 0);
         for event in events {
-            if event.event == AlarmAction::Changed {
+            if !event.event.is_kept() {
                 continue;
             }
             serde_json::to_writer(&mut text, event).map_err(|cause| ServeError::Journal {

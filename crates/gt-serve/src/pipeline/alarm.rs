@@ -193,6 +193,13 @@ pub enum AlarmAction {
     Cleared,
 }
 
+impl AlarmAction {
+    /// Whether it belongs to the history: what is known better every few seconds does not.
+    pub fn is_kept(self) -> bool {
+        self != Self::Changed
+    }
+}
+
 /// An event in the history of an alarm, with the alarm as it then was.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AlarmEvent {

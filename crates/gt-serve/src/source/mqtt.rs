@@ -17,7 +17,6 @@ use crate::config::MqttConfig;
 use crate::error::ServeError;
 use crate::hub::Hub;
 use crate::metrics::count;
-use crate::pipeline::AlarmAction;
 
 /// Messages on their way to the broker at most.
 const OUTGOING: usize = 4096;
@@ -211,7 +210,7 @@ impl Publisher {
                 Ok(event) => {
                     let alarm = &event.alarm;
                     self.send_alarm(&alarm.machine, alarm.id, alarm.is_open().then_some(alarm));
-                    if event.event != AlarmAction::Changed {
+                    if event.event.is_kept() {
                         let topic = format!("{}/events/{}", self.prefix, alarm.machine);
                         self.send(topic, false, json!(&*event).to_string());
                     }
