@@ -10,6 +10,7 @@ mod long;
 mod number;
 mod parquet;
 mod parquet_column;
+mod parquet_form;
 mod quiet;
 mod reading;
 mod resample;

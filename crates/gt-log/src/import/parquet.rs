@@ -12,6 +12,7 @@ use parquet::schema::types::{SchemaDescriptor, Type};
 
 use super::ReadingError;
 use super::parquet_column::{Content, Kind};
+use super::parquet_form::{check_footer, check_pages};
 use super::quiet::quietly;
 use super::sheet::{Cell, Sheet};
 use crate::{LogError, Place};
@@ -22,6 +23,7 @@ const MOST_ROWS: i64 = 1 << 28;
 /// The rows of a Parquet file. Only the columns that are asked for are read.
 pub(crate) struct ParquetSheet<'a> {
     path: &'a Path,
+    bytes: Bytes,
     reader: SerializedFileReader<Bytes>,
     header: Vec<Signal>,
     columns: Vec<Column>,
@@ -41,8 +43,9 @@ impl<'a> ParquetSheet<'a> {
     /// Reads what a file says of itself.
     pub(crate) fn open(path: &'a Path, bytes: Vec<u8>) -> Result<Self, LogError> {
         let bytes = Bytes::from(bytes);
-        let reader = guarded(path, || SerializedFileReader::new(bytes))?;
         let refused = |cause| LogError::reading(path, cause);
+        check_footer(&bytes).map_err(|cause| refused(ReadingError::Parquet { cause }))?;
+        let reader = guarded(path, || SerializedFileReader::new(bytes.clone()))?;
         let schema = reader.metadata().file_metadata().schema_descr();
         let (header, columns) = columns(schema).map_err(refused)?;
         let mut rows: i64 = 0;
@@ -56,6 +59,7 @@ impl<'a> ParquetSheet<'a> {
         }
         Ok(Self {
             path,
+            bytes,
             rows: usize::try_from(rows).unwrap_or_default(),
             reader,
             header,
@@ -91,6 +95,11 @@ impl<'a> ParquetSheet<'a> {
                 return Err(refused(ReadingError::ParquetCodec { column, found }));
             }
             guarded(self.path, || {
+                if let Some(chunk) = group.columns().get(leaf)
+                    && let Some(pages) = part(&self.bytes, chunk.byte_range())
+                {
+                    check_pages(pages).map_err(ParquetError::General)?;
+                }
                 let group = self.reader.get_row_group(index)?;
                 content.read(group.get_column_reader(leaf)?, descriptor.max_def_level())
             })?;
@@ -170,6 +179,12 @@ fn columns(schema: &SchemaDescriptor) -> Result<(Vec<Signal>, Vec<Column>), Read
         });
     }
     Ok((header, columns))
+}
+
+/// The bytes of a file from an offset on, so many of them.
+fn part(bytes: &[u8], (offset, length): (u64, u64)) -> Option<&[u8]> {
+    let end = usize::try_from(offset.checked_add(length)?).ok()?;
+    bytes.get(usize::try_from(offset).ok()?..end)
 }
 
 fn is_known(codec: Compression) -> bool {
