@@ -1,4 +1,4 @@
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
 from typing import Any, Literal, TypeAlias, TypedDict, final
 
@@ -14,11 +14,15 @@ __all__ = [
     "ConstrainedArx",
     "ConstrainedFit",
     "Cusum",
+    "CusumFleet",
     "Dataset",
     "Detection",
     "Detector",
+    "EivKalman",
     "EivModel",
     "EivOrderTable",
+    "FaultModel",
+    "FilterRun",
     "Fleet",
     "FreeRun",
     "FrequencyResponse",
@@ -31,7 +35,9 @@ __all__ = [
     "IsolationMonitor",
     "Isolator",
     "KalmanFilter",
+    "LinearResidual",
     "MovingAverage",
+    "NoiseCovariance",
     "Observer",
     "ObserverDesign",
     "OrderTable",
@@ -43,11 +49,17 @@ __all__ = [
     "Run",
     "RunSum",
     "ScheduledArx",
+    "ScheduledGenerators",
     "ScheduledModel",
     "ShiryaevRoberts",
+    "SignatureMatrix",
+    "SimulatedRuns",
     "Sprt",
     "StateSpace",
+    "TimeVaryingKalman",
     "Trend",
+    "UnifiedFilter",
+    "UnknownInputObserver",
     "Verdict",
     "VerdictSeries",
     "Whiteness",
@@ -59,6 +71,7 @@ __all__ = [
     "campaign_compare",
     "campaign_rows",
     "campaign_run",
+    "check",
     "cusum_run_length",
     "cusum_threshold",
     "design",
@@ -67,26 +80,35 @@ __all__ = [
     "eiv_order_table",
     "exceedance_limit",
     "exceedance_run_length",
+    "fault_effects",
+    "feature",
     "frisch",
     "frisch_order_table",
     "index_table",
     "kalman",
+    "lag_limit",
     "linearise",
+    "log_attachment",
     "log_export",
     "log_info",
+    "log_messages",
     "log_recover",
     "log_verify",
     "mean_delay_bound",
     "observer",
     "optimise_observer",
     "order_table",
+    "peak_gain",
     "place",
     "read",
+    "reproduce",
     "riccati",
+    "robustness",
     "run_sum_run_length",
     "run_sum_width",
     "shiryaev_roberts_run_length",
     "shiryaev_roberts_threshold",
+    "signature",
     "simulate",
     "steady_state",
     "units",
@@ -327,6 +349,63 @@ class _ResidualTest(TypedDict):
     settle_samples: int
     false_alarms: _FalseAlarms
 
+class _SimulatedRunLength(TypedDict):
+    threshold: float
+    samples: float
+    low: float
+    high: float
+    alarms: int
+
+class _EffectSignature(TypedDict):
+    monitored: list[str]
+    share: _Doubles
+    strongest_case: list[int | None]
+    most_affected: list[str | None]
+    is_diagonal: bool
+
+class _EffectReading(TypedDict):
+    static_percent: _Doubles
+    static_signature: _EffectSignature
+    rms_percent: _Doubles
+    rms_signature: _EffectSignature
+
+class _FaultEffects(TypedDict):
+    cases: list[str]
+    outputs: list[str]
+    units: list[str]
+    steady: _Doubles
+    raw: _EffectReading
+    inputs_held: _EffectReading
+    delivered_fuel_rms_percent: _Doubles
+
+class _LagLimit(TypedDict):
+    lag_s: float
+    frequency_rad_s: float
+
+_Feature: TypeAlias = Literal["plain"] | tuple[Literal["moving_mean", "high_pass"], float]
+
+class _PeakGain(TypedDict):
+    gain: float
+    frequency_hz: float
+    bound: float
+
+class _Robustness(TypedDict):
+    disturbance: _PeakGain
+    fault: float
+    fault_frequency_hz: float
+    ratio: float
+
+class _ChannelEstimates(TypedDict):
+    u: _Doubles
+    u_smoothed: _Doubles
+    y: _Doubles
+
+class _Innovation(TypedDict):
+    value: _Doubles
+    covariance: _Doubles
+    normalised: _Doubles
+    squared: float
+
 @final
 class Dataset:
     def __new__(
@@ -453,6 +532,7 @@ class StateSpace:
     @property
     def outputs(self) -> list[str]: ...
     def poles(self) -> NDArray[np.complex128]: ...
+    def zeros(self) -> NDArray[np.complex128]: ...
     def simulate(self, u: ArrayLike, x0: ArrayLike | None = None) -> _Doubles: ...
     def markov_parameters(self, n: int) -> _Doubles: ...
     def to_json(self) -> str: ...
@@ -775,6 +855,33 @@ class ScheduledArx:
         outputs: _Names | None = None,
     ) -> ScheduledModel: ...
 
+class _ScheduledRun(TypedDict):
+    residuals: _Doubles
+    weights: _Doubles
+
+@final
+class ScheduledGenerators:
+    def __new__(
+        cls,
+        channel: str,
+        points: Sequence[tuple[float, Observer | KalmanFilter]],
+        hysteresis: float | None = None,
+    ) -> ScheduledGenerators: ...
+    def run(self, data: Dataset) -> _ScheduledRun: ...
+    def residuals(self, data: Dataset) -> _Doubles: ...
+    def weights(self, value: float) -> _Doubles: ...
+    @property
+    def channel(self) -> str: ...
+    @property
+    def breakpoints(self) -> _Doubles: ...
+    @property
+    def hysteresis(self) -> float | None: ...
+    @property
+    def settle_samples(self) -> int: ...
+    def to_json(self) -> str: ...
+    @classmethod
+    def from_json(cls, text: str) -> ScheduledGenerators: ...
+
 @final
 class ScheduledModel:
     def __new__(
@@ -848,6 +955,11 @@ class ObserverDesign:
 @final
 class KalmanFilter:
     def innovations(self, u: _Record, y: ArrayLike | None = None) -> _Doubles: ...
+    def run(
+        self, u: _Record, y: ArrayLike | None = None, x0: ArrayLike | None = None
+    ) -> FilterRun: ...
+    @property
+    def noise(self) -> NoiseCovariance: ...
     @property
     def predictor_gain(self) -> _Doubles: ...
     @property
@@ -856,6 +968,8 @@ class KalmanFilter:
     def innovation_covariance(self) -> _Doubles: ...
     @property
     def predicted_covariance(self) -> _Doubles: ...
+    @property
+    def filtered_covariance(self) -> _Doubles: ...
     @property
     def spectral_radius(self) -> float: ...
     @property
@@ -867,6 +981,187 @@ class KalmanFilter:
     def to_json(self) -> str: ...
     @classmethod
     def from_json(cls, text: str) -> KalmanFilter: ...
+
+@final
+class NoiseCovariance:
+    def __new__(cls, Q: ArrayLike, R: ArrayLike, S: ArrayLike | None = None) -> NoiseCovariance: ...
+    @classmethod
+    def errors_in_variables(
+        cls,
+        model: StateSpace | OutputModel,
+        input_variances: ArrayLike,
+        output_variances: ArrayLike,
+    ) -> NoiseCovariance: ...
+    @property
+    def Q(self) -> _Doubles: ...
+    @property
+    def R(self) -> _Doubles: ...
+    @property
+    def S(self) -> _Doubles: ...
+
+@final
+class FilterRun:
+    @property
+    def innovations(self) -> _Doubles: ...
+    @property
+    def normalised(self) -> _Doubles: ...
+    @property
+    def predicted(self) -> _Doubles: ...
+    @property
+    def filtered(self) -> _Doubles: ...
+    def __len__(self) -> int: ...
+
+@final
+class EivKalman:
+    def __new__(
+        cls,
+        model: StateSpace | OutputModel,
+        input_variances: ArrayLike,
+        output_variances: ArrayLike,
+        point: tuple[ArrayLike, ArrayLike] | None = None,
+    ) -> EivKalman: ...
+    def run(
+        self, u: _Record, y: ArrayLike | None = None, x0: ArrayLike | None = None
+    ) -> FilterRun: ...
+    def estimate(
+        self, u: _Record, y: ArrayLike | None = None, x0: ArrayLike | None = None
+    ) -> _ChannelEstimates: ...
+    @property
+    def output_error_covariance(self) -> _Doubles: ...
+    @property
+    def input_error_covariance(self) -> _Doubles: ...
+    @property
+    def smoothed_input_error_covariance(self) -> _Doubles: ...
+    @property
+    def predictor_gain(self) -> _Doubles: ...
+    @property
+    def filter_gain(self) -> _Doubles: ...
+    @property
+    def innovation_covariance(self) -> _Doubles: ...
+    @property
+    def model(self) -> StateSpace: ...
+    @property
+    def point(self) -> _Point: ...
+
+@final
+class TimeVaryingKalman:
+    def __new__(
+        cls,
+        model: StateSpace | OutputModel,
+        noise: NoiseCovariance,
+        P0: ArrayLike,
+        x0: ArrayLike | None = None,
+        point: tuple[ArrayLike, ArrayLike] | None = None,
+    ) -> TimeVaryingKalman: ...
+    def step(self, u: ArrayLike, y: ArrayLike) -> _Innovation: ...
+    def process(self, u: _Record, y: ArrayLike | None = None) -> _Doubles: ...
+    def reset(self) -> None: ...
+    @property
+    def state(self) -> _Doubles: ...
+    @property
+    def covariance(self) -> _Doubles: ...
+    @property
+    def predictor_gain(self) -> _Doubles: ...
+    @property
+    def filter_gain(self) -> _Doubles: ...
+    @property
+    def model(self) -> StateSpace: ...
+    @property
+    def noise(self) -> NoiseCovariance: ...
+    @property
+    def point(self) -> _Point: ...
+
+@final
+class FaultModel:
+    def __new__(
+        cls,
+        model: StateSpace | OutputModel,
+        *,
+        E_d: ArrayLike | None = None,
+        F_d: ArrayLike | None = None,
+        E_f: ArrayLike | None = None,
+        F_f: ArrayLike | None = None,
+        point: tuple[ArrayLike, ArrayLike] | None = None,
+    ) -> FaultModel: ...
+    @property
+    def model(self) -> StateSpace: ...
+    @property
+    def E_d(self) -> _Doubles: ...
+    @property
+    def F_d(self) -> _Doubles: ...
+    @property
+    def E_f(self) -> _Doubles: ...
+    @property
+    def F_f(self) -> _Doubles: ...
+    @property
+    def point(self) -> _Point: ...
+
+@final
+class LinearResidual:
+    def __new__(
+        cls, system: StateSpace, point: tuple[ArrayLike, ArrayLike]
+    ) -> LinearResidual: ...
+    def residuals(self, u: _Record, y: ArrayLike | None = None) -> _Doubles: ...
+    @property
+    def system(self) -> StateSpace: ...
+    @property
+    def point(self) -> _Point: ...
+    @property
+    def inputs(self) -> list[str]: ...
+    @property
+    def outputs(self) -> list[str]: ...
+    @property
+    def residual_names(self) -> list[str]: ...
+    @property
+    def settle_samples(self) -> int: ...
+    def to_json(self) -> str: ...
+    @classmethod
+    def from_json(cls, text: str) -> LinearResidual: ...
+
+@final
+class UnknownInputObserver:
+    def __new__(
+        cls,
+        model: FaultModel,
+        *,
+        noise: NoiseCovariance | None = None,
+        poles: Sequence[float] | None = None,
+    ) -> UnknownInputObserver: ...
+    def residuals(self, u: _Record, y: ArrayLike | None = None) -> _Doubles: ...
+    @property
+    def linear_residual(self) -> LinearResidual: ...
+    @property
+    def from_disturbance(self) -> StateSpace: ...
+    @property
+    def from_fault(self) -> StateSpace: ...
+    @property
+    def gain(self) -> _Doubles: ...
+    @property
+    def covariance(self) -> _Doubles | None: ...
+    @property
+    def settle_samples(self) -> int: ...
+    @property
+    def model(self) -> FaultModel: ...
+
+@final
+class UnifiedFilter:
+    def __new__(cls, model: FaultModel) -> UnifiedFilter: ...
+    def residuals(self, u: _Record, y: ArrayLike | None = None) -> _Doubles: ...
+    def robustness(self, band_hz: tuple[float, float] | None = None) -> _Robustness: ...
+    @property
+    def linear_residual(self) -> LinearResidual: ...
+    @property
+    def kalman(self) -> KalmanFilter: ...
+    @property
+    def post_filter(self) -> _Doubles: ...
+    @property
+    def from_disturbance(self) -> StateSpace: ...
+    @property
+    def from_fault(self) -> StateSpace: ...
+    @property
+    def settle_samples(self) -> int: ...
+    @property
+    def model(self) -> FaultModel: ...
 
 @final
 class Detection:
@@ -967,6 +1262,9 @@ class Isolator:
     @property
     def mean_times(self) -> list[_MeanTime]: ...
     def detect(self, u: _Record, y: ArrayLike | None = None) -> Isolation: ...
+    def write_diagnoses(
+        self, path: _Path, u: _Record, y: ArrayLike | None = None
+    ) -> None: ...
     def monitor(self) -> IsolationMonitor: ...
     def save(self, path: _Path) -> None: ...
     @classmethod
@@ -992,6 +1290,9 @@ class Bank:
     @property
     def detectors(self) -> list[_ResidualTest]: ...
     def detect(self, u: _Record, y: ArrayLike | None = None) -> Detection: ...
+    def write_verdicts(
+        self, path: _Path, u: _Record, y: ArrayLike | None = None
+    ) -> None: ...
     def detector(self) -> Detector: ...
     def save(self, path: _Path) -> None: ...
     @classmethod
@@ -1088,6 +1389,21 @@ class Fleet:
     def reset(self) -> None: ...
 
 @final
+class SignatureMatrix:
+    @property
+    def faults(self) -> list[str]: ...
+    @property
+    def residuals(self) -> list[str]: ...
+    @property
+    def matrix(self) -> _Doubles: ...
+    @property
+    def raw(self) -> _Doubles: ...
+    @property
+    def definition(self) -> str: ...
+    @property
+    def is_diagonal(self) -> bool: ...
+
+@final
 class Riccati:
     @property
     def P(self) -> _Doubles: ...
@@ -1118,6 +1434,16 @@ class Cusum:
     def lower(self) -> float: ...
     @property
     def change(self) -> tuple[int, float] | None: ...
+
+@final
+class CusumFleet:
+    def __new__(cls, cusum: Cusum, streams: int) -> CusumFleet: ...
+    @property
+    def streams(self) -> int: ...
+    @property
+    def threshold(self) -> float: ...
+    def process(self, residuals: ArrayLike) -> _Doubles: ...
+    def reset(self) -> None: ...
 
 @final
 class ShiryaevRoberts:
@@ -1303,6 +1629,32 @@ class AdaptiveThreshold:
     @property
     def limit(self) -> float: ...
 
+_Statistic: TypeAlias = (
+    Cusum
+    | ShiryaevRoberts
+    | Glr
+    | MovingAverage
+    | RunSum
+    | Sprt
+    | WindowedChiSquare
+    | WindowedVariance
+    | Whiteness
+    | GrowingChiSquare
+    | GrowingVariance
+)
+
+@final
+class SimulatedRuns:
+    def __new__(
+        cls,
+        statistic: _Statistic,
+        noise: Callable[[int], ArrayLike],
+        paths: int,
+        samples: int,
+    ) -> SimulatedRuns: ...
+    def run_length(self, threshold: float) -> _SimulatedRunLength: ...
+    def threshold_for(self, run_length: float) -> _SimulatedRunLength: ...
+
 def simulate(
     seconds: float | None = None,
     *,
@@ -1348,6 +1700,56 @@ def read(
     hold_at_most_s: float | None = None,
     tags: _Path | None = None,
 ) -> Dataset: ...
+def check(
+    path: _Path,
+    *,
+    inputs: _Names | None = None,
+    outputs: _Names | None = None,
+    time: str | None = None,
+    sample_time_s: float | None = None,
+    topic: str | None = None,
+    encoding: str | None = None,
+    decimal: Literal["point", "comma"] | None = None,
+    header_line: int | None = None,
+    bad_values: _Names | None = None,
+    time_zone: str | None = None,
+    time_format: str | None = None,
+    layout: Literal["wide", "long"] | None = None,
+    resample_s: float | None = None,
+    resample_method: Literal["mean", "hold", "linear"] | None = None,
+    hold_at_most_s: float | None = None,
+    tags: _Path | None = None,
+) -> dict[str, Any]: ...
+def fault_effects(
+    map_set: Literal["paper", "axial"] = "paper",
+    *,
+    flow_loss_percent: float = 5.0,
+    drift_percent: float = 5.0,
+    efficiency_loss_percent: float = 5.0,
+    lag_s: float = 2.0,
+    profile: str = "lively",
+    window_s: float = 120.0,
+    settle_s: float = 30.0,
+    substeps: int = 28,
+    seed: int = 0,
+    run_index: int = 0,
+) -> _FaultEffects: ...
+def lag_limit(map_set: Literal["paper", "axial"] = "paper") -> _LagLimit | None: ...
+def signature(
+    faulty: dict[str, Any],
+    healthy: ArrayLike,
+    sample_time_s: float,
+    *,
+    window: tuple[int, int] | None = None,
+    features: _Feature | Sequence[_Feature] = "plain",
+    residuals: _Names | None = None,
+) -> SignatureMatrix: ...
+def feature(
+    series: ArrayLike,
+    sample_time_s: float,
+    kind: Literal["moving_mean", "high_pass", "plain"],
+    window_s: float | None = None,
+) -> _Doubles: ...
 def arx(
     u: _Records,
     y: ArrayLike | None = None,
@@ -1458,10 +1860,18 @@ def optimise_observer(
 ) -> ObserverDesign: ...
 def kalman(
     model: StateSpace | OutputModel,
-    input_variances: ArrayLike,
-    output_variances: ArrayLike,
+    input_variances: ArrayLike | None = None,
+    output_variances: ArrayLike | None = None,
     point: tuple[ArrayLike, ArrayLike] | None = None,
+    *,
+    noise: NoiseCovariance | None = None,
 ) -> KalmanFilter: ...
+def peak_gain(system: StateSpace) -> _PeakGain: ...
+def robustness(
+    from_disturbance: StateSpace,
+    from_fault: StateSpace,
+    band_hz: tuple[float, float] | None = None,
+) -> _Robustness: ...
 def design(
     model: ArxModel | EivModel,
     healthy: Sequence[_Healthy],
@@ -1530,7 +1940,10 @@ def shiryaev_roberts_run_length(
 ) -> float: ...
 def shiryaev_roberts_threshold(shift: float, run_length: float) -> float: ...
 def mean_delay_bound(waveform: _Waveform, size: float, run_length: float) -> float: ...
+def reproduce(folder: _Path, *, seed: int = 1, full: bool = False) -> dict[str, Any]: ...
 def log_info(path: _Path) -> dict[str, Any]: ...
+def log_attachment(path: _Path, name: str) -> bytes: ...
+def log_messages(path: _Path, topic: str) -> list[dict[str, Any]]: ...
 def log_verify(path: _Path) -> dict[str, Any]: ...
 def log_recover(path: _Path, out: _Path) -> dict[str, Any]: ...
 def log_export(

@@ -9,6 +9,7 @@ they compare, and a pickle goes on as if nothing had happened.
 looks for                                  statistic
 =========================================  ==================================
 a step of about known size                 `Cusum`, `ShiryaevRoberts`
+the same, on many streams                  `CusumFleet`
 a step or ramp, with its onset and size    `Glr`
 a shift, by simple means                   `MovingAverage`, `RunSum`
 which of two means it is, once             `Sprt`
@@ -22,6 +23,7 @@ a residual beside moving inputs            `AdaptiveThreshold`
 from gtfdi._gtfdi import (
     AdaptiveThreshold,
     Cusum,
+    CusumFleet,
     Glr,
     GrowingChiSquare,
     GrowingVariance,
@@ -37,6 +39,7 @@ from gtfdi._gtfdi import (
 __all__ = [
     "AdaptiveThreshold",
     "Cusum",
+    "CusumFleet",
     "Glr",
     "GrowingChiSquare",
     "GrowingVariance",

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import gtfdi
+from gtfdi.statistics import Cusum, CusumFleet
 
 SYSTEM = np.random.default_rng(21)
 A = SYSTEM.standard_normal((5, 5))
@@ -110,3 +111,28 @@ def test_a_fleet_refuses_other_sizes(model):
         assert (caught.value.expected, caught.value.found) == (expected, found)
     with pytest.raises(gtfdi.OptionError, match="^option streams: expected 1 or more, found 0$"):
         gtfdi.Fleet(observer, streams=0)
+
+
+@pytest.mark.parametrize("sides", ["upper", "lower", "both"])
+def test_a_fleet_of_sums_is_a_cusum_on_each_stream_bit_for_bit(sides):
+    residuals = np.random.default_rng(12).standard_normal((300, 11)) + 0.3
+    residuals[40, 3] = np.nan
+    residuals[60, 10] = np.inf
+    fleet = CusumFleet(Cusum(0.25, 6.0, sides), streams=11)
+    together = np.concatenate([fleet.process(residuals[:130]), fleet.process(residuals[130:])])
+    for stream in range(11):
+        alone = Cusum(0.25, 6.0, sides).process(residuals[:, stream])
+        np.testing.assert_array_equal(together[:, stream], alone)
+    assert together[40, 3] == together[39, 3]
+    assert (fleet.streams, fleet.threshold) == (11, 6.0)
+    fleet.reset()
+    np.testing.assert_array_equal(fleet.process(residuals[:130]), together[:130])
+
+
+def test_a_fleet_of_sums_refuses_other_sizes():
+    fleet = CusumFleet(Cusum(0.5, 5.0), streams=3)
+    with pytest.raises(gtfdi.DimensionError, match="^streams of residuals: expected 3, found 2$"):
+        fleet.process(np.ones((4, 2)))
+    np.testing.assert_array_equal(fleet.process(np.zeros((1, 3))), 0.0)
+    with pytest.raises(gtfdi.OptionError, match="^option streams: expected 1 or more, found 0$"):
+        CusumFleet(Cusum(0.5, 5.0), streams=0)

@@ -8,6 +8,8 @@ import textwrap
 
 import pytest
 
+import gtfdi
+
 # A call answers within two looks, 0.1 s; what this allows for is a machine that is busy.
 LIMIT_S = 5.0
 
@@ -22,6 +24,8 @@ CALLS = {
     "optimise_observer": (
         "gtfdi.optimise_observer(part, [(healthy, faulty)], random_starts=10**7, radius=0.9)"
     ),
+    "reproduce": "gtfdi.reproduce('out')",
+    "SimulatedRuns": "SimulatedRuns(glr, lambda path: u[:1000, 0], 10**9, 1000)",
     "process": "glr.process(np.zeros(100_000_000))",
 }
 
@@ -31,6 +35,7 @@ PROGRAM = """
     import numpy as np
     signal.signal(signal.SIGINT, signal.default_int_handler)
     import gtfdi
+    from gtfdi.run_length import SimulatedRuns
     from gtfdi.statistics import Glr
 
     glr = Glr("ramp", (1e-4, 1e-2), 12.0, longest=65_536)
@@ -57,10 +62,14 @@ PROGRAM = """
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT for another process")
 @pytest.mark.parametrize("name", CALLS)
-def test_ctrl_c_ends_a_long_call(name):
+def test_ctrl_c_ends_a_long_call(name, tmp_path):
     program = textwrap.dedent(PROGRAM).replace("CALL", CALLS[name])
     child = subprocess.Popen(
-        [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [sys.executable, "-c", program],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
     )
     try:
         assert child.stdout.readline() == "ready\n", child.stderr.read()
@@ -74,8 +83,46 @@ def test_ctrl_c_ends_a_long_call(name):
     assert out.startswith("stopped"), (out, complaint)
     assert out.endswith("well\n"), (out, complaint)
     assert child.returncode == 0, complaint
-    if sys.version_info >= (3, 11) and name != "process":
+    if sys.version_info >= (3, 11) and name not in ("SimulatedRuns", "process"):
         assert "the result is given up" in out
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT for another process")
+def test_a_reproduction_that_was_given_up_ends_and_writes_nothing(tmp_path):
+    program = """
+        import os, signal, threading, time
+        from pathlib import Path
+        import gtfdi
+
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        try:
+            gtfdi.reproduce("out")
+            raise SystemExit("it came to its end")
+        except KeyboardInterrupt:
+            pass
+
+        def works():
+            before = time.process_time()
+            time.sleep(0.5)
+            return time.process_time() - before > 0.1
+
+        assert works()
+        end = time.monotonic() + 120.0
+        while works():
+            assert time.monotonic() < end, "it goes on"
+        assert not Path("out").exists()
+    """
+    program = textwrap.dedent(program)
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=300, cwd=tmp_path)
+
+
+def test_a_reproduction_into_a_file_is_refused(tmp_path):
+    (tmp_path / "notes").write_text("")
+    message = f"^option folder: expected a folder, found the file {tmp_path / 'notes'}$"
+    for folder in (tmp_path / "notes", tmp_path / "notes" / "out"):
+        with pytest.raises(gtfdi.OptionError, match=message):
+            gtfdi.reproduce(folder)
 
 
 def test_a_handler_that_does_not_raise_does_not_end_the_call():

@@ -79,3 +79,53 @@ def test_what_is_not_there_is_refused_by_name(call, error, message, written, tmp
     with pytest.raises(error, match=message):
         call(written[0], tmp_path)
     assert not list(tmp_path.glob("*.csv"))
+
+
+def test_attachments_are_those_that_were_written(written):
+    path, run = written
+    assert log.attachment(path, "config.toml").decode() == run.config
+    names = [each["name"] for each in log.info(path)["attachments"]]
+    assert names == ["config.toml"]
+    with pytest.raises(gtfdi.LogError, match="`other.toml`.*config.toml"):
+        log.attachment(path, "other.toml")
+
+
+def test_verdicts_are_written_as_they_are_given(model, tmp_path):
+    drift = {"case": "compressor_fouling", "onset_s": 20.0, "rate_percent_per_h": 360.0}
+    faulty = gtfdi.simulate(60.0, seed=9, faults=[drift]).measured
+    calm = gtfdi.simulate(60.0, seed=8).measured
+    bank = gtfdi.design(model, [calm], poles=0.7, margin=1.1)
+    found = bank.detect(faulty)
+    assert found.alarms
+    path = tmp_path / "verdicts.mcap"
+    bank.write_verdicts(path, faulty)
+    assert log.verify(path)["sound"]
+    log.export(path, tmp_path / "r.csv", topic=f"/fdi/{bank.name}/residual", time="seconds")
+    with (tmp_path / "r.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    residuals = np.array([float(row["q_c"]) for row in rows])
+    np.testing.assert_array_equal(residuals, found.residuals[:, 0])
+    raised = [each["value"] for each in log.messages(path, "/alarms")]
+    onsets = [each["onset_s"] for each in raised if each["state"] == "active"]
+    assert len(onsets) == len(found.alarms)
+    assert [each["limit"] for each in raised[:1]] == [found.alarms[0]["threshold"]]
+    assert gtfdi.Bank.from_json(log.attachment(path, f"models/{bank.name}.json").decode()) == bank
+    with pytest.raises(gtfdi.LogError, match="`/nothing`.*/alarms"):
+        log.messages(path, "/nothing")
+    other = tmp_path / "other.mcap"
+    with pytest.raises(gtfdi.DataError, match="q_c"):
+        bank.write_verdicts(other, faulty.select(["a_v", "M_f"], ["t3"]))
+    assert not other.exists()
+
+
+def test_diagnoses_are_written_as_they_are_given(tank, tmp_path):
+    leaking = tank.record(94, 4000, leak=2.0)
+    found = tank.isolator.detect(leaking)
+    assert found.alarms
+    path = tmp_path / "diagnoses.mcap"
+    tank.isolator.write_diagnoses(path, leaking.u, leaking.y)
+    assert log.verify(path)["sound"]
+    times = [each["time_ns"] for each in log.messages(path, "/fdi/diagnosis")]
+    assert times and times == sorted(times)
+    states = [each["value"]["state"] for each in log.messages(path, "/alarms")]
+    assert states.count("active") == len(found.alarms)

@@ -8,19 +8,20 @@ import numpy as np
 import pytest
 
 import gtfdi
-from gtfdi import statistics
+from gtfdi import run_length, statistics
 
 INPUTS, OUTPUTS = ["a_v", "M_f"], ["q_c"]
 
 # Classes whose objects have no pickle, with the reason.
 WITHOUT = {
+    "CusumFleet": "the sums of its streams have no stored form; its Cusum has, and makes another",
     "Fleet": "the states of its streams have no stored form; its generator has, and makes another",
 }
 
 
 def public_classes():
     """All classes of the package but its exceptions."""
-    for module in (gtfdi, statistics):
+    for module in (gtfdi, run_length, statistics):
         for name in module.__all__:
             thing = getattr(module, name)
             if inspect.isclass(thing) and not issubclass(thing, Exception):
@@ -50,6 +51,16 @@ def made(healthy, model, tank):
     searched = gtfdi.optimise_observer(t3, [tuple(twins)], radius=0.9, random_starts=2)
     scheduled = gtfdi.ScheduledArx("M_f", np.quantile(record.u[:, 1], [0.2, 0.8]), na=1, nb=[1, 0])
     constrained = gtfdi.ConstrainedArx(order=1, dc_gains={("q_c", "M_f"): "positive"})
+    part, drawn = model.output_model(0), np.random.default_rng(4).standard_normal
+    noise = gtfdi.NoiseCovariance.errors_in_variables(part, [1e-4, 1e-6], [0.01])
+    varying = gtfdi.TimeVaryingKalman(part, noise, P0=np.eye(8))
+    varying.process(record[:50])
+    entering = {"E_d": drawn((8, 1)), "F_d": drawn((1, 1)), "F_f": [[1.0]]}
+    faulty = gtfdi.FaultModel(part, **entering)
+    tanks = gtfdi.StateSpace([[0.9, 0], [0.1, 0.9]], [[1], [0]], np.eye(2), np.zeros((2, 1)), 1)
+    leaking_tanks = gtfdi.FaultModel(tanks, E_d=[[0.0], [1.0]], point=([1.0], [2.0, 3.0]))
+    decoupled = gtfdi.UnknownInputObserver(leaking_tanks, poles=[0.5])
+    white = np.random.default_rng(3).standard_normal((20, 50))
     objects = [
         gtfdi.Arx(order=(1, 4), nk=[0, 1], ridge=0.1, centre=([0.0, 0.0], [0.0])),
         fit,
@@ -62,8 +73,11 @@ def made(healthy, model, tank):
         detector,
         detector.step(record.u[300], record.y[300]),
         bank.detector().process(record[:300]),
+        gtfdi.EivKalman(part, [1e-4, 1e-6], [0.01]),
         gtfdi.eiv(short, order=(1, 2), nk=1),
         gtfdi.eiv_order_table(short, orders=(1, 2)),
+        faulty,
+        gtfdi.kalman(part, noise=noise).run(record[:100]),
         model.simulate(record),
         fit.frequency_response([0.0, 0.5]),
         gtfdi.frisch_order_table(short, orders=(1, 2)),
@@ -72,6 +86,8 @@ def made(healthy, model, tank):
         tank.isolator.detect(leaking),
         tank.isolator,
         gtfdi.kalman(model.output_model(0), [1e-4, 1e-6], [0.01]),
+        decoupled.linear_residual,
+        noise,
         gtfdi.observer(model.output_model(0), 0.5),
         searched,
         gtfdi.order_table(record, orders=(1, 2)),
@@ -81,11 +97,17 @@ def made(healthy, model, tank):
         model.test_residuals(record),
         gtfdi.riccati([[1.0]], [[1.0]], [[1.0]], [[1.0]]),
         healthy,
+        gtfdi.ScheduledGenerators("M_f", [(0.4, gtfdi.observer(part, 0.5))]),
         scheduled,
         scheduled.fit(record),
+        gtfdi.signature({"leak": white.T}, 0.0 * white.T, 0.1),
         model.state_space(),
+        varying,
         record.trend(),
+        gtfdi.UnifiedFilter(faulty),
+        decoupled,
         statistics.Cusum(0.5, 5.0),
+        run_length.SimulatedRuns(statistics.Cusum(0.5, 2.0), lambda path: white[path], 20, 50),
         statistics.ShiryaevRoberts(1.0, 6.0),
         statistics.Glr("ramp", (0.01, 1.0), 12.0, longest=64),
         statistics.MovingAverage(5, 1.0),
@@ -166,6 +188,16 @@ def test_a_monitor_goes_on_from_its_pickle(tank):
         assert monitor.step(u, y) == twin.step(u, y)
         np.testing.assert_array_equal(monitor.statistics, twin.statistics)
     assert monitor.diagnosis == twin.diagnosis
+
+
+def test_a_filter_goes_on_from_its_pickle(made, healthy):
+    record = healthy.measured.select(INPUTS, OUTPUTS)
+    filter = made["TimeVaryingKalman"]
+    twin = pickle.loads(pickle.dumps(filter))
+    np.testing.assert_array_equal(filter.process(record[50:300]), twin.process(record[50:300]))
+    np.testing.assert_array_equal(filter.covariance, twin.covariance)
+    filter.reset(), twin.reset()
+    np.testing.assert_array_equal(filter.process(record[:99]), twin.process(record[:99]))
 
 
 def test_a_statistic_goes_on_from_its_pickle():

@@ -5,6 +5,7 @@ import pytest
 
 import gtfdi
 from gtfdi import run_length
+from gtfdi.statistics import AdaptiveThreshold, Cusum, MovingAverage, WindowedChiSquare
 
 
 @pytest.mark.parametrize(
@@ -50,6 +51,58 @@ def test_no_detector_is_quicker_than_the_bound():
         threshold = run_length.cusum_threshold(0.5, samples, "upper")
         delay = run_length.cusum(0.5, threshold, 1.0, "upper")
         assert 1.0 < run_length.mean_delay_bound("step", 1.0, samples) < delay
+
+
+def white(path, samples=400):
+    return np.random.default_rng([1, path]).standard_normal(samples)
+
+
+def test_simulated_run_lengths_are_the_exact_ones():
+    cusum = Cusum(0.5, 2.5)
+    cusum.process(white(0)[:5])
+    before = cusum.value
+    runs = run_length.SimulatedRuns(cusum, white, paths=3000, samples=400)
+    assert cusum.value == before  # it stays as it is
+    found = runs.run_length(2.5)
+    exact = run_length.cusum(0.5, 2.5)
+    # A 99 % interval of this seed, 2.58 / sqrt(3000) wide on each side.
+    assert found["low"] < exact < found["high"] < 1.1 * found["low"]
+    assert found["samples"] == pytest.approx(np.sqrt(found["low"] * found["high"]), rel=1e-12)
+    assert found["alarms"] > 2990
+    other = runs.threshold_for(exact)
+    assert other["samples"] >= exact and other["threshold"] == pytest.approx(2.5, abs=0.1)
+    # A single sample beyond a limit, of paths that mostly end before.
+    single = run_length.SimulatedRuns(MovingAverage(1, 1.0), lambda p: white(p, 20), 20_000, 20)
+    found = single.run_length(2.5)
+    assert found["low"] < run_length.exceedance(2.5) < found["high"]
+
+
+def test_simulated_run_lengths_are_of_any_noise():
+    # Every path is five samples of nothing, then one of the path's index in deviations.
+    def ramp(path):
+        return np.where(np.arange(8) == 5, path, 0.0)
+
+    runs = run_length.SimulatedRuns(WindowedChiSquare(1, 1.0), ramp, paths=40, samples=8)
+    found = runs.run_length(100.0)
+    # Of paths 11 to 39 the sixth sample is beyond, the other eleven end without an alarm.
+    assert (found["alarms"], found["samples"]) == (29, (29 * 6 + 11 * 8) / 29)
+    twice = run_length.SimulatedRuns(WindowedChiSquare(1, 99.0), ramp, paths=40, samples=8)
+    assert twice == runs
+
+
+def test_simulations_that_make_no_sense_are_refused():
+    simulated = run_length.SimulatedRuns
+    with pytest.raises(gtfdi.DesignError, match="paths.*at least 1"):
+        simulated(Cusum(0.5, 2.5), white, paths=0, samples=400)
+    with pytest.raises(gtfdi.DimensionError, match="^samples of noise: expected 300, found 400$"):
+        simulated(Cusum(0.5, 2.5), white, paths=2, samples=300)
+    with pytest.raises(ZeroDivisionError):
+        simulated(Cusum(0.5, 2.5), lambda path: [1 / (1 - path)], paths=2, samples=1)
+    with pytest.raises(TypeError):
+        simulated(AdaptiveThreshold(1.0, [0.5], 10.0), white, paths=1, samples=400)
+    runs = simulated(Cusum(0.5, 2.5), white, paths=10, samples=400)
+    with pytest.raises(gtfdi.DesignError, match="20.*found 10|10.*20"):
+        runs.run_length(2.5)
 
 
 @pytest.mark.parametrize(

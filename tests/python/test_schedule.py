@@ -123,3 +123,77 @@ def test_refusals(data, model):
     )
     with pytest.raises(gtfdi.DimensionError, match="^rows of u .*: expected 2, found 1$"):
         model.predict(data.u[:, :1], data.y)
+
+
+def local(load):
+    """A model whose pole and gain depend on the load, and its observer."""
+    a, b = 0.9 - 0.3 * load, 0.2 + load
+    model = gtfdi.StateSpace([[a]], [[b]], [[1.0]], [[0.0]], 0.1, ["u"], ["y"])
+    return a, b, gtfdi.observer(model, 0.5)
+
+
+def loaded_record(load, seed=0):
+    """A record whose plant is at each sample the local model of its load."""
+    u, y = np.random.default_rng(seed).standard_normal(len(load)), np.zeros(len(load))
+    for t in range(1, len(load)):
+        a, b, _ = local(load[t - 1])
+        y[t] = a * y[t - 1] + b * u[t - 1]
+    return gtfdi.Dataset(np.stack([u, load], axis=1), y, 0.1, ["u", "load"], ["y"])
+
+
+def test_generators_are_weighted_by_the_distance_to_their_points():
+    points = [(load, local(load)[2]) for load in (0.0, 1.0, 3.0)]
+    made = gtfdi.ScheduledGenerators("load", points)
+    assert (made.channel, made.hysteresis) == ("load", None)
+    np.testing.assert_array_equal(made.breakpoints, [0.0, 1.0, 3.0])
+    assert made.settle_samples == points[0][1].settle_samples
+    expected = {-1.0: [1, 0, 0], 0.25: [0.75, 0.25, 0], 2.0: [0, 0.5, 0.5], 9.0: [0, 0, 1]}
+    for value, weights in expected.items():
+        np.testing.assert_allclose(made.weights(value), weights, atol=1e-15)
+    load = np.linspace(-0.5, 3.5, 200)
+    data = loaded_record(np.clip(load, 0.0, 1.0))
+    data = gtfdi.Dataset(np.stack([data.u[:, 0], load], axis=1), data.y, 0.1, ["u", "load"], ["y"])
+    found = made.run(data)
+    alone = np.stack([each.residual(data) for _, each in points], axis=1)
+    expected = (found["weights"] * alone).sum(axis=1)
+    np.testing.assert_allclose(found["residuals"][:, 0], expected, atol=1e-12)
+    np.testing.assert_array_equal(made.residuals(data), found["residuals"])
+    np.testing.assert_allclose(found["weights"].sum(axis=1), 1.0, rtol=1e-15)
+    twin = gtfdi.ScheduledGenerators.from_json(made.to_json())
+    assert twin == made
+
+
+def test_residuals_vanish_where_a_local_model_is_exact():
+    load = np.repeat([0.0, 1.0], 300)
+    points = [(value, local(value)[2]) for value in (0.0, 1.0)]
+    for hysteresis in (None, 0.1):
+        made = gtfdi.ScheduledGenerators("load", points, hysteresis)
+        residuals = made.residuals(loaded_record(load))[:, 0]
+        settled = np.r_[0:300, 300 + made.settle_samples + 1 : 600]
+        # A ten-thousandth of the start is what settling leaves.
+        assert np.abs(residuals[settled]).max() < 1e-3
+        assert made.hysteresis == hysteresis
+
+
+def test_switching_waits_for_the_hysteresis():
+    points = [(value, local(value)[2]) for value in (0.0, 1.0)]
+    load = np.concatenate([np.linspace(0.0, 1.0, 101), np.linspace(1.0, 0.0, 101)])
+    run = gtfdi.ScheduledGenerators("load", points, 0.2).run(loaded_record(load))
+    active = run["weights"].argmax(axis=1)
+    changes = load[np.flatnonzero(np.diff(active)) + 1]
+    # Up beyond the middle and the hysteresis, down as far on the other side; a step is 0.01.
+    np.testing.assert_allclose(changes, [0.7, 0.3], atol=0.0101)
+    assert set(run["weights"].ravel()) == {0.0, 1.0}
+
+
+def test_schedules_of_generators_that_do_not_fit_are_refused():
+    _, _, one = local(0.0)
+    with pytest.raises(gtfdi.DesignError, match="expected at least one, found none"):
+        gtfdi.ScheduledGenerators("load", [])
+    with pytest.raises(gtfdi.DesignError, match="^breakpoint 1: expected a finite number above 1"):
+        gtfdi.ScheduledGenerators("load", [(1.0, one), (0.5, one)])
+    with pytest.raises(gtfdi.DesignError, match=r"^hysteresis: expected 0 to 0.5 .* found 0.6$"):
+        gtfdi.ScheduledGenerators("load", [(0.0, one), (1.0, one)], 0.6)
+    made = gtfdi.ScheduledGenerators("other", [(0.0, one)])
+    with pytest.raises(gtfdi.DesignError, match="other"):
+        made.run(loaded_record(np.zeros(5)))

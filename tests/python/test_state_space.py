@@ -89,3 +89,24 @@ def test_published_vector_realises_canonically(vectors):
         assert np.allclose(found, expected, rtol=0.0, atol=1e-11)
     assert realised.A.shape == (3, 3)
     assert not realised.D.any()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_zeros_are_where_the_model_loses_rank(seed):
+    draw = np.random.default_rng(60 + seed).standard_normal
+    a, b, c, d = draw((4, 4)), draw((4, 2)), draw((2, 4)), draw((2, 2))
+    system = gtfdi.StateSpace(a, b, c, d, 0.1)
+    # With an invertible direct term they are the eigenvalues of A - B D^-1 C.
+    expected = np.linalg.eigvals(a - b @ np.linalg.solve(d, c))
+    found = np.sort_complex(system.zeros())
+    np.testing.assert_allclose(found, np.sort_complex(expected), rtol=1e-8, atol=1e-9)
+    for zero in found:
+        pencil = np.block([[a - zero * np.eye(4), b], [c, d]])
+        values = np.linalg.svd(pencil, compute_uv=False)
+        assert values[-1] < 1e-9 * values[0]
+
+
+def test_a_model_without_zeros_has_none():
+    delay = gtfdi.StateSpace([[0.0]], [[1.0]], [[1.0]], [[0.0]], 0.1)
+    zeros = delay.zeros()
+    assert zeros.shape == (0,) and zeros.dtype == np.complex128

@@ -1,5 +1,7 @@
 //! Who is told how far long work has come.
 
+use crate::error::CampaignError;
+
 /// An observer of long work; drawing is left to whoever implements it.
 pub trait Progress: Sync {
     /// `done` of `total` steps are over; `what` is under way or was just finished.
@@ -9,6 +11,21 @@ pub trait Progress: Sync {
     fn is_stopped(&self) -> bool {
         false
     }
+}
+
+/// Tells how far work has come, and ends it where that is wanted.
+pub(crate) fn report_or_stop(
+    progress: &dyn Progress,
+    what: &str,
+    done: usize,
+    total: usize,
+) -> Result<(), CampaignError> {
+    progress.report(what, done, total);
+    if progress.is_stopped() {
+        let (done, total) = (done as u64, total as u64);
+        return Err(CampaignError::Stopped { done, total });
+    }
+    Ok(())
 }
 
 /// Nobody is told.

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use gt_campaign::{StatisticChoice, StatisticName, TestPlan, Watch, kalman_generator, paper};
-use gt_log::{read_json, write_json};
+use gt_log::{RunMetadata, read_json, write_json, write_verdicts};
 use gtfdi::core::{Dataset, Signal, index_of};
 use gtfdi::fdi::{
     Bank, FalseAlarmSummary, ResidualGenerator, ResidualTest, StatisticKind, ThresholdRule,
@@ -37,6 +37,23 @@ pub struct PyBank {
 }
 
 impl PyBank {
+    /// A record as it is given.
+    fn data(
+        &self,
+        u: &Bound<'_, PyAny>,
+        y: Option<&Bound<'_, PyAny>>,
+    ) -> Result<Arc<Dataset>, Failure> {
+        // A Dataset goes to the bank as it is, which finds its channels by name.
+        Ok(match Given::new(u, y)? {
+            Given::Record(data) => data,
+            arrays @ Given::Arrays(..) => arrays.known(
+                &Signal::named(&self.inner.inputs()),
+                &Signal::named(&self.inner.outputs()),
+                self.inner.sample_time_s(),
+            )?,
+        })
+    }
+
     fn new(inner: Bank) -> Self {
         let inner = Arc::new(inner);
         Self { inner }
@@ -161,18 +178,48 @@ impl PyBank {
         u: &Bound<'_, PyAny>,
         y: Option<&Bound<'_, PyAny>>,
     ) -> Result<PyDetection, Failure> {
-        // A Dataset goes to the bank as it is, which finds its channels by name.
-        let data = match Given::new(u, y)? {
-            Given::Record(data) => data,
-            arrays @ Given::Arrays(..) => arrays.known(
-                &Signal::named(&self.inner.inputs()),
-                &Signal::named(&self.inner.outputs()),
-                self.inner.sample_time_s(),
-            )?,
-        };
+        let data = self.data(u, y)?;
         let bank = Arc::clone(&self.inner);
         let inner = interruptible(u.py(), move |_| Ok(bank.run(&data)?))?;
         Ok(PyDetection { inner })
+    }
+
+    /// Runs the bank over a record, as ``detect``, and writes residuals, statistics, limits and
+    /// alarms as an MCAP log, as ``gtfdi detect --out`` does. The bank is attached.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     The log; it appears only when it is whole.
+    /// u, y
+    ///     The record.
+    ///
+    /// Examples
+    /// --------
+    /// >>> from gtfdi import log
+    /// >>> bank.write_verdicts("verdicts.mcap", run.measured)
+    /// >>> log.verify("verdicts.mcap")["problems"]
+    /// []
+    #[pyo3(signature = (path, u, y=None))]
+    fn write_verdicts(
+        &self,
+        path: PathBuf,
+        u: &Bound<'_, PyAny>,
+        y: Option<&Bound<'_, PyAny>>,
+    ) -> Result<(), Failure> {
+        let data = self.data(u, y)?;
+        let bank = Arc::clone(&self.inner);
+        interruptible(u.py(), move |_| {
+            let data = data.select(&bank.inputs(), &bank.outputs())?;
+            let run = bank.run(&data)?;
+            Ok(write_verdicts(
+                &path,
+                &bank,
+                &data,
+                &run,
+                &RunMetadata::default(),
+            )?)
+        })
     }
 
     /// The online detector of the bank, with every generator in its initial state (Detector).

@@ -11,7 +11,7 @@ use crate::error::Failure;
 use crate::interrupt::{Abandoned, interruptible};
 
 /// Ends a campaign at the next place where it can be taken up again once its caller has gone.
-struct Watch<'a>(&'a Abandoned);
+pub struct Watch<'a>(pub &'a Abandoned);
 
 impl Progress for Watch<'_> {
     fn report(&self, _what: &str, _done: usize, _total: usize) {}

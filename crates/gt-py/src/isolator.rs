@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use gt_campaign::{FaultDescription, IsolatorPlan, PairRecords, joint_kalman_generator};
-use gt_log::{read_json, write_json};
-use gtfdi::core::Signal;
+use gt_log::{RunMetadata, read_json, write_diagnoses, write_json};
+use gtfdi::core::{Dataset, Signal};
 use gtfdi::fdi::{IsolationMonitor, Isolator};
 use gtfdi::ident::ArxModel;
 use numpy::PyArray1;
@@ -28,6 +28,24 @@ use crate::record::Given;
 #[derive(PartialEq)]
 pub struct PyIsolator {
     pub inner: Arc<Isolator>,
+}
+
+impl PyIsolator {
+    /// A record as it is given.
+    fn data(
+        &self,
+        u: &Bound<'_, PyAny>,
+        y: Option<&Bound<'_, PyAny>>,
+    ) -> Result<Arc<Dataset>, Failure> {
+        Ok(match Given::new(u, y)? {
+            Given::Record(data) => data,
+            arrays @ Given::Arrays(..) => arrays.known(
+                &Signal::named(&self.inner.inputs()),
+                &Signal::named(&self.inner.outputs()),
+                self.inner.sample_time_s(),
+            )?,
+        })
+    }
 }
 
 #[pymethods]
@@ -101,14 +119,7 @@ impl PyIsolator {
         u: &Bound<'_, PyAny>,
         y: Option<&Bound<'_, PyAny>>,
     ) -> Result<PyIsolation, Failure> {
-        let data = match Given::new(u, y)? {
-            Given::Record(data) => data,
-            arrays @ Given::Arrays(..) => arrays.known(
-                &Signal::named(&self.inner.inputs()),
-                &Signal::named(&self.inner.outputs()),
-                self.inner.sample_time_s(),
-            )?,
-        };
+        let data = self.data(u, y)?;
         let isolator = Arc::clone(&self.inner);
         let run = interruptible(u.py(), move |_| Ok(isolator.run(&data)?))?;
         let alarms = run.alarms.iter();
@@ -120,6 +131,37 @@ impl PyIsolator {
             peaks: run.peaks,
         };
         Ok(PyIsolation { inner })
+    }
+
+    /// Runs over a record, as ``detect``, and writes statistics, limits, alarms and diagnoses as an
+    /// MCAP log, as ``gtfdi detect --out`` does. The isolator is attached.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     The log; it appears only when it is whole.
+    /// u, y
+    ///     The record.
+    ///
+    /// Examples
+    /// --------
+    /// >>> from gtfdi import log
+    /// >>> isolator.write_diagnoses("diagnoses.mcap", record)
+    /// >>> log.verify("diagnoses.mcap")["problems"]
+    /// []
+    #[pyo3(signature = (path, u, y=None))]
+    fn write_diagnoses(
+        &self,
+        path: PathBuf,
+        u: &Bound<'_, PyAny>,
+        y: Option<&Bound<'_, PyAny>>,
+    ) -> Result<(), Failure> {
+        let data = self.data(u, y)?;
+        let isolator = Arc::clone(&self.inner);
+        interruptible(u.py(), move |_| {
+            let metadata = RunMetadata::default();
+            Ok(write_diagnoses(&path, &isolator, &data, &metadata)?)
+        })
     }
 
     /// What watches samples as they come (IsolationMonitor), in its initial state.

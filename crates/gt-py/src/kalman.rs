@@ -6,9 +6,11 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
 
-use crate::array::{json_text, json_value, matrix_out, pair_out, samples_out, vector};
+use crate::array::{json_text, json_value, matrix_out, pair_out, samples_out};
 use crate::dataset::names;
 use crate::error::Failure;
+use crate::filter_run::{PyFilterRun, filter_run};
+use crate::noise_covariance::{PyNoiseCovariance, of_channels};
 use crate::observer::{Model, model_and_point};
 use crate::pickle::{Pickled, Reduced, reduce};
 use crate::record::Given;
@@ -56,6 +58,43 @@ impl PyKalmanFilter {
         Ok(samples_out(u.py(), residuals)?)
     }
 
+    /// Filters a record: innovations and states of every sample.
+    ///
+    /// Parameters
+    /// ----------
+    /// u, y
+    ///     The record. A sample that is not finite stays in the state from there on.
+    /// x0 : array_like, shape (nx,), optional
+    ///     The state before the first sample; zero where left out.
+    ///
+    /// Returns
+    /// -------
+    /// FilterRun
+    ///
+    /// Examples
+    /// --------
+    /// >>> filter = gtfdi.kalman(model.output_model(0), [1e-4, 1e-6], [0.01])
+    /// >>> filtered = filter.run(u, y)
+    /// >>> filtered.predicted.shape, np.allclose(filtered.innovations, filter.innovations(u, y))
+    /// ((7500, 8), True)
+    #[pyo3(signature = (u, y=None, x0=None))]
+    fn run(
+        &self,
+        u: &Bound<'_, PyAny>,
+        y: Option<&Bound<'_, PyAny>>,
+        x0: Option<&Bound<'_, PyAny>>,
+    ) -> Result<PyFilterRun, Failure> {
+        let (_, inner) = filter_run(&self.filter()?, self.inner.point(), u, y, x0)?;
+        Ok(PyFilterRun { inner })
+    }
+
+    /// The noise of the design (NoiseCovariance).
+    #[getter]
+    fn noise(&self) -> Result<PyNoiseCovariance, Failure> {
+        let inner = self.filter()?.noise().clone();
+        Ok(PyNoiseCovariance { inner })
+    }
+
     /// The gain that corrects the state one step ahead, an array (nx, ny).
     #[getter]
     fn predictor_gain<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
@@ -84,6 +123,15 @@ impl PyKalmanFilter {
         py: Python<'py>,
     ) -> Result<Bound<'py, PyArray2<f64>>, Failure> {
         Ok(matrix_out(py, &self.filter()?.riccati().p)?)
+    }
+
+    /// The covariance of the error of the state that has seen the sample itself, an array (nx, nx).
+    #[getter]
+    fn filtered_covariance<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> Result<Bound<'py, PyArray2<f64>>, Failure> {
+        Ok(matrix_out(py, &self.filter()?.filtered_covariance())?)
     }
 
     /// Spectral radius of ``A - K C``.
@@ -146,11 +194,13 @@ impl PyKalmanFilter {
 /// ----------
 /// model : StateSpace or OutputModel
 ///     A model; of several outputs they are filtered together.
-/// input_variances, output_variances : array_like, shapes (nu,) and (ny,)
+/// input_variances, output_variances : array_like, shapes (nu,) and (ny,), optional
 ///     Variances of the noise of each channel, in squared units; those of an EivModel are in its
 ///     ``noise_variances``.
 /// point : tuple of array_like, optional
 ///     Operating point ``(u0, y0)``; that of the OutputModel, or zero.
+/// noise : NoiseCovariance, optional
+///     The noise of states and outputs, in place of the variances of the channels.
 ///
 /// Returns
 /// -------
@@ -160,25 +210,54 @@ impl PyKalmanFilter {
 /// ------
 /// DesignError
 ///     A variance is negative, or the model has no stabilising filter for this noise.
+/// OptionError
+///     Neither both variances nor the noise.
 ///
 /// Examples
 /// --------
 /// >>> filter = gtfdi.kalman(model.output_model("q_c"), [1e-4, 1e-6], [0.01])
 /// >>> filter.predictor_gain.shape
 /// (8, 1)
+///
+/// A level that wanders, read with noise of its own.
+///
+/// >>> level = gtfdi.StateSpace([[1.0]], [[0.0]], [[1.0]], [[0.0]], 1.0)
+/// >>> filter = gtfdi.kalman(level, noise=gtfdi.NoiseCovariance(Q=[[1.0]], R=[[1.0]]))
+/// >>> bool(abs(filter.predictor_gain[0, 0] - (5**0.5 - 1) / 2) < 1e-14)
+/// True
 #[pyfunction]
-#[pyo3(signature = (model, input_variances, output_variances, point=None))]
+#[pyo3(signature = (model, input_variances=None, output_variances=None, point=None, *, noise=None))]
 pub fn kalman(
     model: Model<'_>,
-    input_variances: &Bound<'_, PyAny>,
-    output_variances: &Bound<'_, PyAny>,
+    input_variances: Option<&Bound<'_, PyAny>>,
+    output_variances: Option<&Bound<'_, PyAny>>,
     point: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+    noise: Option<&PyNoiseCovariance>,
 ) -> Result<PyKalmanFilter, Failure> {
     let (model, point): (StateSpace, OperatingPoint) = model_and_point(model, point)?;
-    let inputs = vector(input_variances, "input_variances")?;
-    let outputs = vector(output_variances, "output_variances")?;
-    let noise =
-        NoiseCovariance::errors_in_variables(&model, inputs.as_slice(), outputs.as_slice())?;
+    let noise: NoiseCovariance = match (noise, input_variances, output_variances) {
+        (Some(noise), None, None) => noise.inner.clone(),
+        (None, Some(inputs), Some(outputs)) => of_channels(&model, inputs, outputs)?,
+        (noise, inputs, outputs) => {
+            let given = [
+                (inputs.is_some(), "input_variances"),
+                (outputs.is_some(), "output_variances"),
+                (noise.is_some(), "noise"),
+            ];
+            let found: Vec<&str> = given
+                .iter()
+                .filter_map(|(is_given, name)| is_given.then_some(*name))
+                .collect();
+            return Err(Failure::Option {
+                option: "noise",
+                expected: "both variances, or the noise in their place".to_owned(),
+                found: match found.as_slice() {
+                    [] => "none".to_owned(),
+                    names => names.join(" and "),
+                },
+            });
+        }
+    };
     Ok(PyKalmanFilter {
         inner: ResidualGenerator::kalman(model, point, noise)?,
     })

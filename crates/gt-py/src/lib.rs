@@ -24,14 +24,19 @@ mod bank;
 mod campaign;
 mod choice;
 mod constrained_arx;
+mod data_check;
 mod dataset;
 mod dataset_view;
 mod detection;
 mod detector;
 mod eiv;
+mod eiv_kalman;
 mod eiv_model;
 mod eiv_order_table;
 mod error;
+mod fault_effects;
+mod fault_model;
+mod filter_run;
 mod fleet;
 mod free_run;
 mod frequency_response;
@@ -42,8 +47,10 @@ mod interrupt;
 mod isolation_monitor;
 mod isolator;
 mod kalman;
+mod linear_residual;
 mod linearise;
 mod log;
+mod noise_covariance;
 mod observer;
 mod observer_design;
 mod order;
@@ -59,17 +66,25 @@ mod poles;
 mod reading;
 mod record;
 mod report;
+mod reproduction;
 mod residual_report;
 mod riccati;
+mod robustness;
 mod run_length;
 mod sample_clock;
 mod scenario;
 mod scheduled_arx;
+mod scheduled_generators;
 mod scheduled_model;
+mod signature;
+mod simulated_runs;
 mod state_space;
 mod statistics;
 mod table;
+mod time_varying_kalman;
 mod trend;
+mod unified_filter;
+mod unknown_input_observer;
 mod verdict;
 mod warning;
 
@@ -91,6 +106,8 @@ mod _gtfdi {
     #[pymodule_export]
     use crate::constrained_arx::{PyConstrainedArx, PyConstrainedFit};
     #[pymodule_export]
+    use crate::data_check::check;
+    #[pymodule_export]
     use crate::dataset::PyDataset;
     #[pymodule_export]
     use crate::detection::PyDetection;
@@ -99,9 +116,17 @@ mod _gtfdi {
     #[pymodule_export]
     use crate::eiv::{eiv, frisch};
     #[pymodule_export]
+    use crate::eiv_kalman::PyEivKalman;
+    #[pymodule_export]
     use crate::eiv_model::PyEivModel;
     #[pymodule_export]
     use crate::eiv_order_table::{PyEivOrderTable, py_eiv_order_table};
+    #[pymodule_export]
+    use crate::fault_effects::{fault_effects, lag_limit};
+    #[pymodule_export]
+    use crate::fault_model::PyFaultModel;
+    #[pymodule_export]
+    use crate::filter_run::PyFilterRun;
     #[pymodule_export]
     use crate::fleet::PyFleet;
     #[pymodule_export]
@@ -119,9 +144,13 @@ mod _gtfdi {
     #[pymodule_export]
     use crate::kalman::{PyKalmanFilter, kalman};
     #[pymodule_export]
+    use crate::linear_residual::PyLinearResidual;
+    #[pymodule_export]
     use crate::linearise::linearise;
     #[pymodule_export]
-    use crate::log::{log_export, log_info, log_recover, log_verify};
+    use crate::log::{log_attachment, log_export, log_info, log_messages, log_recover, log_verify};
+    #[pymodule_export]
+    use crate::noise_covariance::PyNoiseCovariance;
     #[pymodule_export]
     use crate::observer::{PyObserver, observer};
     #[pymodule_export]
@@ -143,9 +172,13 @@ mod _gtfdi {
     #[pymodule_export]
     use crate::report::write_report;
     #[pymodule_export]
+    use crate::reproduction::reproduce;
+    #[pymodule_export]
     use crate::residual_report::PyResidualReport;
     #[pymodule_export]
     use crate::riccati::{PyRiccati, riccati};
+    #[pymodule_export]
+    use crate::robustness::{peak_gain, robustness};
     #[pymodule_export]
     use crate::run_length::{
         cusum_run_length, cusum_threshold, exceedance_limit, exceedance_run_length,
@@ -155,17 +188,29 @@ mod _gtfdi {
     #[pymodule_export]
     use crate::scheduled_arx::PyScheduledArx;
     #[pymodule_export]
+    use crate::scheduled_generators::PyScheduledGenerators;
+    #[pymodule_export]
     use crate::scheduled_model::PyScheduledModel;
+    #[pymodule_export]
+    use crate::signature::{PySignatureMatrix, feature, signature};
+    #[pymodule_export]
+    use crate::simulated_runs::PySimulatedRuns;
     #[pymodule_export]
     use crate::state_space::PyStateSpace;
     #[pymodule_export]
     use crate::statistics::{
-        PyAdaptiveThreshold, PyCusum, PyGlr, PyGrowingChiSquare, PyGrowingVariance,
+        PyAdaptiveThreshold, PyCusum, PyCusumFleet, PyGlr, PyGrowingChiSquare, PyGrowingVariance,
         PyMovingAverage, PyRunSum, PyShiryaevRoberts, PySprt, PyWhiteness, PyWindowedChiSquare,
         PyWindowedVariance,
     };
     #[pymodule_export]
+    use crate::time_varying_kalman::PyTimeVaryingKalman;
+    #[pymodule_export]
     use crate::trend::PyTrend;
+    #[pymodule_export]
+    use crate::unified_filter::PyUnifiedFilter;
+    #[pymodule_export]
+    use crate::unknown_input_observer::PyUnknownInputObserver;
     #[pymodule_export]
     use crate::verdict::{PyVerdict, PyVerdictSeries};
 

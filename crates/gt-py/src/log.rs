@@ -2,8 +2,11 @@
 
 use std::path::PathBuf;
 
-use gt_log::{ExportOptions, ExportTime, export, info, recover, verify};
+use gt_log::{
+    ExportOptions, ExportTime, export, info, read_attachment, read_json_messages, recover, verify,
+};
 use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
 
 use crate::array::{json_form, json_out};
 use crate::choice::named;
@@ -162,4 +165,85 @@ pub fn log_export<'py>(
         json_form("log", &export(&path, &out, &options)?)
     })?;
     json_out(py, "log", &report)
+}
+
+/// The bytes of an attachment of an MCAP log, such as ``config.toml``; of several with one name the
+/// first. ``info`` lists the names.
+///
+/// Parameters
+/// ----------
+/// path : path_like
+///     The log.
+/// name : str
+///     The attachment.
+///
+/// Returns
+/// -------
+/// bytes
+///
+/// Raises
+/// ------
+/// LogError
+///     There is no such attachment, or the file cannot be read.
+///
+/// Examples
+/// --------
+/// >>> from gtfdi import log
+/// >>> run = gtfdi.simulate(8.0)
+/// >>> run.write("run.mcap")
+/// >>> log.attachment("run.mcap", "config.toml").decode() == run.config
+/// True
+#[pyfunction]
+pub fn log_attachment(
+    py: Python<'_>,
+    path: PathBuf,
+    name: String,
+) -> Result<Bound<'_, PyBytes>, Failure> {
+    let bytes = interruptible(py, move |_| Ok(read_attachment(&path, &name)?))?;
+    Ok(PyBytes::new(py, &bytes))
+}
+
+/// The messages of a topic of JSON in an MCAP log, such as ``/alarms``, in the order of the file.
+///
+/// Parameters
+/// ----------
+/// path : path_like
+///     The log.
+/// topic : str
+///     The topic.
+///
+/// Returns
+/// -------
+/// list of dict
+///     Of each message the ``time_ns`` since 1970 at which it was published, and its ``value``.
+///
+/// Raises
+/// ------
+/// LogError
+///     There is no such topic, it is not of JSON, or the file cannot be read.
+///
+/// Examples
+/// --------
+/// >>> from gtfdi import log
+/// >>> drift = {"case": "thermocouple_drift", "onset_s": 10.0, "rate_percent_per_h": 50.0}
+/// >>> drifting = gtfdi.simulate(60.0, seed=4, faults=[drift]).measured
+/// >>> reads = gtfdi.arx(drifting[:120], order=1, inputs=["a_v", "M_f"], outputs="t3")
+/// >>> watch = gtfdi.design(reads, [drifting[:120]], poles=0.9, margin=1.2)
+/// >>> watch.write_verdicts("verdicts.mcap", drifting)
+/// >>> log.messages("verdicts.mcap", "/alarms")[0]["value"]["state"]
+/// 'active'
+#[pyfunction]
+pub fn log_messages(
+    py: Python<'_>,
+    path: PathBuf,
+    topic: String,
+) -> Result<Vec<Bound<'_, PyDict>>, Failure> {
+    let messages = interruptible(py, move |_| Ok(read_json_messages(&path, &topic)?))?;
+    let of_message = |message: &gt_log::JsonMessage| {
+        let entry = PyDict::new(py);
+        entry.set_item("time_ns", message.time_ns)?;
+        entry.set_item("value", json_out(py, "message", &message.value)?)?;
+        Ok(entry)
+    };
+    messages.iter().map(of_message).collect()
 }

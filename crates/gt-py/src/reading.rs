@@ -111,11 +111,7 @@ pub fn read(
     hold_at_most_s: Option<f64>,
     tags: Option<PathBuf>,
 ) -> Result<PyDataset, Failure> {
-    let decimals = [("point", Decimal::Point), ("comma", Decimal::Comma)];
-    let layouts = [("wide", Layout::Wide), ("long", Layout::Long)];
     let ways = [("refuse", Missing::Refuse), ("break", Missing::Break)];
-    let decimal = decimal.map(|given| named("decimal", given, &decimals));
-    let layout = layout.map(|given| named("layout", given, &layouts));
     let selection = Selection {
         inputs: inputs.into(),
         outputs: outputs.into(),
@@ -126,14 +122,13 @@ pub fn read(
         missing: named("missing", missing, &ways)?,
         reading: Reading {
             encoding,
-            decimal: decimal.transpose()?,
             header_line,
             bad_values: bad_values.map(Vec::from).unwrap_or_default(),
             time_zone,
             time_format,
-            layout: layout.transpose()?,
-            resample: resample(resample_s, resample_method, hold_at_most_s)?,
             tags: tags.map(|path| TagMap::read(&path)).transpose()?,
+            resample: resample(resample_s, resample_method, hold_at_most_s)?,
+            ..words(decimal, layout)?
         },
     };
     let imported = py.detach(|| {
@@ -147,8 +142,21 @@ pub fn read(
     Ok(PyDataset::new(Arc::new(imported.dataset)))
 }
 
+/// What of a reading is given by a word.
+pub fn words(decimal: Option<&str>, layout: Option<&str>) -> Result<Reading, Failure> {
+    let decimals = [("point", Decimal::Point), ("comma", Decimal::Comma)];
+    let layouts = [("wide", Layout::Wide), ("long", Layout::Long)];
+    let decimal = decimal.map(|given| named("decimal", given, &decimals));
+    let layout = layout.map(|given| named("layout", given, &layouts));
+    Ok(Reading {
+        decimal: decimal.transpose()?,
+        layout: layout.transpose()?,
+        ..Reading::default()
+    })
+}
+
 /// How readings become samples; what only goes with a period is refused without one.
-fn resample(
+pub fn resample(
     step_s: Option<f64>,
     method: Option<&str>,
     hold_at_most_s: Option<f64>,
@@ -182,7 +190,7 @@ fn resample(
 
 /// A refusal that names keywords instead of the command line's options.
 #[allow(clippy::needless_pass_by_value)] // for map_err
-fn refused(error: LogError) -> Failure {
+pub fn refused(error: LogError) -> Failure {
     let text = error.to_string();
     let own = in_python(&text);
     if own == text {
@@ -192,7 +200,7 @@ fn refused(error: LogError) -> Failure {
 }
 
 /// A text with Python's keywords in the place of the command line's options.
-fn in_python(text: &str) -> String {
+pub fn in_python(text: &str) -> String {
     let mut parts = text.split("--");
     let mut found = parts.next().unwrap_or_default().to_owned();
     for part in parts {

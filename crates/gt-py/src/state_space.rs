@@ -1,6 +1,7 @@
 //! `StateSpace`: a discrete linear model.
 
 use gtfdi::core::StateSpace;
+use gtfdi::ident::pole_zero::invariant_zeros;
 use nalgebra::{Complex, DVector};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
@@ -119,6 +120,18 @@ impl PyStateSpace {
     /// The eigenvalues of A, a complex array (nx,).
     fn poles<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<Complex<f64>>>, Failure> {
         Ok(PyArray1::from_vec(py, self.inner.poles()?))
+    }
+
+    /// The finite invariant zeros, a complex array: those z at which ``[A - z I, B; C, D]`` loses
+    /// rank, the transmission zeros together with the modes that cannot be reached or seen.
+    ///
+    /// Examples
+    /// --------
+    /// >>> model = gtfdi.StateSpace([[0.5]], [[1.0]], [[1.0]], [[1.0]], 0.1)
+    /// >>> model.zeros().real.round(9)  # (z + 0.5) / (z - 0.5)
+    /// array([-0.5])
+    fn zeros<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyArray1<Complex<f64>>>, Failure> {
+        Ok(PyArray1::from_vec(py, invariant_zeros(&self.inner)?))
     }
 
     /// The outputs (N, ny) that the inputs ``u`` (N, nu) produce from the state ``x0`` (nx,), which

@@ -14,7 +14,7 @@ use crate::isolation::{
     Prepared, Setting,
 };
 use crate::paper;
-use crate::progress::Progress;
+use crate::progress::{Progress, report_or_stop};
 use crate::report::Figure;
 
 /// Time constant of the rotor alone, in seconds, which case 4's percent is of.
@@ -254,7 +254,7 @@ pub fn compute(seed: u64, depth: Depth, progress: &dyn Progress) -> Result<Limit
     let mut isolation = Vec::new();
     for (step, &(map_set, ambient, level, naming_runs)) in plan.settings.iter().enumerate() {
         let what = format!("limits, {map_set} maps, noise {level}");
-        progress.report(&what, step, plan.settings.len());
+        report_or_stop(progress, &what, step, plan.settings.len())?;
         let setting = Setting::new(map_set, level, ambient, seed)?;
         let prepared = preparation.prepare(&setting)?;
         let mut of_naming = [0.0; 4];

@@ -55,7 +55,8 @@ pub struct Reproduction {
 /// `seed`; the number of threads does not matter to any number.
 ///
 /// # Errors
-/// [`CampaignError`] names the run or the model that failed.
+/// [`CampaignError`] names the run or the model that failed; [`CampaignError::Stopped`] when
+/// progress says so.
 pub fn reproduce(
     seed: u64,
     depth: Depth,

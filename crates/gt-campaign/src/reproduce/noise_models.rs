@@ -14,7 +14,7 @@ use super::tables::{Table7Row, Table8Row};
 use super::twin::{Pair, Twin, deviation};
 use crate::error::{CampaignError, During as _};
 use crate::paper;
-use crate::progress::Progress;
+use crate::progress::{Progress, report_or_stop};
 
 /// Seeds that are looked at, from that of the run on.
 const SEEDS: u64 = 3;
@@ -167,13 +167,13 @@ pub fn tables(
     progress: &dyn Progress,
 ) -> Result<(Vec<Table7Row>, Vec<Table8Row>), CampaignError> {
     let what = "Tables 7 and 8";
-    progress.report(what, 0, 2);
+    report_or_stop(progress, what, 0, 2)?;
     let twin = Twin::new(&PlantParameters::for_maps(MapSet::Paper))?;
     let records: Vec<Seed> = (0..SEEDS)
         .into_par_iter()
         .map(|step| Seed::new(&twin, seed.wrapping_add(step)))
         .collect::<Result<_, _>>()?;
-    progress.report(what, 1, 2);
+    report_or_stop(progress, what, 1, 2)?;
     let chosen = {
         let data = &records[0].identification[Plant::NonLinear as usize].noisy;
         eiv_order_table(data, ORDERS, &DELAYS)

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::error::{CampaignError, During as _};
 use crate::paper;
-use crate::progress::Progress;
+use crate::progress::{Progress, report_or_stop};
 
 /// Excitation of the identification and validation records (+-1.0 deg).
 pub const IDENTIFICATION_PROFILE: &str = "standard";
@@ -235,7 +235,8 @@ pub fn simulate_all(
         if let Some(reason) = run.ended.clone() {
             return Err(reason).during(&plan.name);
         }
-        progress.report(&plan.name, done.fetch_add(1, Ordering::Relaxed) + 1, total);
+        let done = done.fetch_add(1, Ordering::Relaxed) + 1;
+        report_or_stop(progress, &plan.name, done, total)?;
         Ok::<_, CampaignError>(Record {
             plan: plan.clone(),
             run,

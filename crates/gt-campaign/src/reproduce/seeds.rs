@@ -11,7 +11,7 @@ use super::records::{IDENTIFICATION_PROFILE, IDENTIFICATION_S, SIGNATURE_PROFILE
 use super::tables::{Table6Seeds, WorstRow};
 use crate::error::{CampaignError, During as _};
 use crate::paper;
-use crate::progress::Progress;
+use crate::progress::{Progress, report_or_stop};
 
 /// Seeds that are looked at, from that of the run on.
 const SEEDS: u64 = 10;
@@ -32,7 +32,7 @@ pub fn table6(seed: u64, progress: &dyn Progress) -> Result<Vec<Table6Seeds>, Ca
         .iter()
         .enumerate()
     {
-        progress.report("Table 6 for many seeds", done, 2);
+        report_or_stop(progress, "Table 6 for many seeds", done, 2)?;
         tables.push(with_profile(profile, &seeds)?);
     }
     progress.report("Table 6 for many seeds", 2, 2);

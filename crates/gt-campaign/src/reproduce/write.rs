@@ -12,7 +12,7 @@ use super::Reproduction;
 use super::detection;
 use super::records::{HEALTHY_RECORDS, Record};
 use crate::error::CampaignError;
-use crate::progress::Progress;
+use crate::progress::{Progress, report_or_stop};
 
 impl Reproduction {
     /// Writes `index.html`, `tables.json`, `figures/*.svg`, `figures/*.csv`, `tables/*.csv`,
@@ -21,7 +21,8 @@ impl Reproduction {
     /// their names only when they are whole.
     ///
     /// # Errors
-    /// [`CampaignError`] names the file or folder.
+    /// [`CampaignError`] names the file or folder; [`CampaignError::Stopped`] when progress says so
+    /// before the first.
     pub fn write(&self, folder: &Path, progress: &dyn Progress) -> Result<(), CampaignError> {
         let make = |name: &str| {
             let path = folder.join(name);
@@ -32,7 +33,7 @@ impl Reproduction {
         };
         let (figures, logs, models) = (make("figures")?, make("logs")?, make("models")?);
         let what = "writing logs";
-        progress.report(what, 0, 1);
+        report_or_stop(progress, what, 0, 1)?;
         let records: Vec<&Record> = self
             .records
             .iter()

@@ -48,6 +48,24 @@ fn simulated_cusums_have_the_exact_run_length() {
     }
 }
 
+/// Paths made one by one are those made together.
+#[test]
+fn paths_of_several_runs_are_joined() {
+    let mut cusum = Cusum::new(0.5, 2.5, Sides::Both).unwrap();
+    let whole = SimulatedRuns::run(&mut cusum, 5, 100, white(7_000_000)).unwrap();
+    let mut noise = white(7_000_000);
+    let mut joined = SimulatedRuns::run(&mut cusum, 1, 100, |_| noise(0)).unwrap();
+    for path in 1..5 {
+        let own = SimulatedRuns::run(&mut cusum, 1, 100, |_| noise(path)).unwrap();
+        joined.extend(own).unwrap();
+    }
+    assert_eq!(joined, whole);
+    let short = SimulatedRuns::run(&mut cusum, 1, 99, |_| noise(0)).unwrap();
+    let error = joined.extend(short).unwrap_err();
+    assert_eq!((error.expected, error.found), (100, 99));
+    assert_eq!(joined, whole);
+}
+
 /// Independent samples have a constant hazard, so that cutting paths short does no harm.
 #[test]
 fn paths_cut_short_count_in_full() {

@@ -58,7 +58,7 @@ macro_rules! statistic {
         #[pyclass(eq, name = $name, module = "gtfdi.statistics")]
         #[derive(PartialEq)]
         pub struct $class {
-            inner: $inner,
+            pub inner: $inner,
         }
 
         #[pymethods]
@@ -109,10 +109,12 @@ macro_rules! statistic {
 }
 
 mod adaptive_threshold;
+mod cusum_fleet;
 mod energy;
 mod mean;
 
 pub use adaptive_threshold::PyAdaptiveThreshold;
+pub use cusum_fleet::PyCusumFleet;
 pub use energy::{
     PyGrowingChiSquare, PyGrowingVariance, PyWhiteness, PyWindowedChiSquare, PyWindowedVariance,
 };

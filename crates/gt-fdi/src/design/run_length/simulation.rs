@@ -1,5 +1,8 @@
 //! Run lengths of any statistic by simulation.
 
+use gt_core::DimensionError;
+use serde::{Deserialize, Serialize};
+
 use super::{check, check_run_length};
 use crate::FdiError;
 use crate::runtime::Statistic;
@@ -21,7 +24,8 @@ const QUANTILE: f64 = 2.5758293035489004;
 /// paths, over the number of crossings. That is the plain mean when every path crosses. When many do
 /// not, it supposes that the hazard of a crossing does not change along a path, which holds when
 /// paths are long against the statistic's memory.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SimulatedRuns {
     samples: usize,
     /// For each path, 1-based samples and values of its records, both ascending.
@@ -76,6 +80,17 @@ impl SimulatedRuns {
             })
             .collect();
         Ok(Self { samples, records })
+    }
+
+    /// Takes the paths of others, of as many samples each, after its own: those of another thread,
+    /// or made one by one.
+    ///
+    /// # Errors
+    /// [`DimensionError`] when their paths have another number of samples.
+    pub fn extend(&mut self, others: Self) -> Result<(), DimensionError> {
+        DimensionError::check("samples of a path", self.samples, others.samples)?;
+        self.records.extend(others.records);
+        Ok(())
     }
 
     /// The average run length at `threshold`.
