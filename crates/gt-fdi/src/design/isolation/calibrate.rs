@@ -303,8 +303,8 @@ impl IsolationDesign {
                 Tail::fit(&rows, RELEASE_SCANS, run_length).map_err(|cause| match cause {
                     FdiError::TooFewPeaks { .. } => FdiError::HealthyHours {
                         asked_hours: self.arl0_hours,
-                        needed_hours: promise(None).healthy_hours_needed,
-                        found_hours: hours,
+                        needed_hours: (10.0 * promise(None).healthy_hours_needed).ceil() / 10.0,
+                        found_hours: (1000.0 * hours).floor() / 1000.0,
                     },
                     other => other,
                 })?;
