@@ -416,21 +416,7 @@ impl Hub {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::{AlarmList, AlarmOptions, Condition};
-
-    fn event(id: u64) -> AlarmEvent {
-        let mut list = AlarmList::new("gt1", "bank", AlarmOptions::default());
-        let condition = Condition {
-            key: 0,
-            source: "t3".to_owned(),
-            statistic: 2.0,
-            threshold: 1.0,
-            onset_ms: None,
-        };
-        list.raise(condition, 0);
-        list.advance(0, true, || id);
-        list.take_events().remove(0)
-    }
+    use crate::outbox::tests::event;
 
     /// A disk that is full for its first writes.
     #[derive(Default)]

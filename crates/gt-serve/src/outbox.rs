@@ -242,11 +242,12 @@ impl Inner {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::pipeline::{AlarmList, AlarmOptions, Condition};
 
-    fn event(id: u64) -> AlarmEvent {
+    /// An alarm that comes up.
+    pub(crate) fn event(id: u64) -> AlarmEvent {
         let mut list = AlarmList::new("gt1", "bank", AlarmOptions::default());
         let condition = Condition {
             key: 0,
