@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use gt_campaign::{StatisticChoice, StatisticName, TestPlan, Watch, kalman_generator, paper};
 use gt_log::{RunMetadata, read_json, write_json, write_verdicts};
-use gtfdi::core::{Dataset, Signal, index_of};
+use gtfdi::core::{Dataset, index_of};
 use gtfdi::fdi::{
     Bank, FalseAlarmSummary, ResidualGenerator, ResidualTest, StatisticKind, ThresholdRule,
     Waveform, Whitening,
@@ -43,15 +43,11 @@ impl PyBank {
         u: &Bound<'_, PyAny>,
         y: Option<&Bound<'_, PyAny>>,
     ) -> Result<Arc<Dataset>, Failure> {
-        // A Dataset goes to the bank as it is, which finds its channels by name.
-        Ok(match Given::new(u, y)? {
-            Given::Record(data) => data,
-            arrays @ Given::Arrays(..) => arrays.known(
-                &Signal::named(&self.inner.inputs()),
-                &Signal::named(&self.inner.outputs()),
-                self.inner.sample_time_s(),
-            )?,
-        })
+        Given::new(u, y)?.by_name(
+            &self.inner.inputs(),
+            &self.inner.outputs(),
+            self.inner.sample_time_s(),
+        )
     }
 
     fn new(inner: Bank) -> Self {

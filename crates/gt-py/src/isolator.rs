@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use gt_campaign::{FaultDescription, IsolatorPlan, PairRecords, joint_kalman_generator};
 use gt_log::{RunMetadata, read_json, write_diagnoses, write_json};
-use gtfdi::core::{Dataset, Signal};
+use gtfdi::core::Dataset;
 use gtfdi::fdi::{IsolationMonitor, Isolator};
 use gtfdi::ident::ArxModel;
 use numpy::PyArray1;
@@ -37,14 +37,11 @@ impl PyIsolator {
         u: &Bound<'_, PyAny>,
         y: Option<&Bound<'_, PyAny>>,
     ) -> Result<Arc<Dataset>, Failure> {
-        Ok(match Given::new(u, y)? {
-            Given::Record(data) => data,
-            arrays @ Given::Arrays(..) => arrays.known(
-                &Signal::named(&self.inner.inputs()),
-                &Signal::named(&self.inner.outputs()),
-                self.inner.sample_time_s(),
-            )?,
-        })
+        Given::new(u, y)?.by_name(
+            &self.inner.inputs(),
+            &self.inner.outputs(),
+            self.inner.sample_time_s(),
+        )
     }
 }
 

@@ -37,6 +37,24 @@ impl<'py> Given<'py> {
         }
     }
 
+    /// The record for something that finds its channels in a `Dataset` by itself, which then goes there
+    /// as it is; arrays have the channels of these tags.
+    pub fn by_name(
+        self,
+        inputs: &[String],
+        outputs: &[String],
+        sample_time_s: f64,
+    ) -> Result<Arc<Dataset>, Failure> {
+        match self {
+            Self::Record(data) => Ok(data),
+            arrays @ Self::Arrays(..) => arrays.known(
+                &Signal::named(inputs),
+                &Signal::named(outputs),
+                sample_time_s,
+            ),
+        }
+    }
+
     /// The record for something that knows its channels. A `Dataset` is looked through by name.
     pub fn known(
         self,
