@@ -5,10 +5,13 @@ use std::collections::HashSet;
 use gt_core::{Dataset, Signal};
 
 use crate::FdiError;
-use crate::runtime::Samples;
+use crate::runtime::Rows;
 
 /// Relative difference up to which two sample times count as one: a sample in a million.
 const SAMPLE_TIME_TOLERANCE: f64 = 1e-6;
+
+/// Samples that are copied at once where channels do not lie as asked for.
+const COPIED: usize = 256;
 
 /// The rows of a record that hold some inputs and outputs, in the order asked for, and a buffer
 /// for one sample of them. Either may come from either side of the record.
@@ -21,6 +24,8 @@ pub(super) struct Channels<'a> {
     /// Rows of the first input and of the first output, where the others follow in their order on
     /// the same side of the record: then nothing needs copying.
     firsts: Option<(usize, usize)>,
+    /// Inputs and outputs of several samples.
+    copied: (Vec<f64>, Vec<f64>),
 }
 
 impl<'a> Channels<'a> {
@@ -68,6 +73,7 @@ impl<'a> Channels<'a> {
             u,
             y,
             firsts,
+            copied: Default::default(),
         })
     }
 
@@ -104,10 +110,40 @@ impl<'a> Channels<'a> {
     }
 }
 
-impl Samples for Channels<'_> {
-    #[inline(always)]
-    fn at(&mut self, sample: usize) -> (&[f64], &[f64]) {
-        self.at(sample)
+/// Samples of some channels as they lie in memory.
+pub(super) struct Stretch<'a> {
+    pub(super) u: Rows<'a>,
+    pub(super) y: Rows<'a>,
+    /// How many they are.
+    pub(super) len: usize,
+}
+
+impl Channels<'_> {
+    /// The samples from `begin` on: all where the channels lie in the record as asked for, else
+    /// copies of the next few.
+    pub(super) fn stretch(&mut self, begin: usize) -> Stretch<'_> {
+        let left = self.data.len().saturating_sub(begin);
+        if let Some((input, output)) = self.firsts {
+            let (nu, ny) = (self.data.nu(), self.data.ny());
+            let (u, y) = (self.data.u().as_slice(), self.data.y().as_slice());
+            let u = u.get(begin * nu + input..).unwrap_or(&[]);
+            let y = y.get(begin * ny + output..).unwrap_or(&[]);
+            let (u, y) = (Rows::new(u, nu), Rows::new(y, ny));
+            return Stretch { u, y, len: left };
+        }
+        let len = left.min(COPIED);
+        let (mut copied_u, mut copied_y) = core::mem::take(&mut self.copied);
+        copied_u.clear();
+        copied_y.clear();
+        for sample in begin..begin + len {
+            let (u, y) = self.at(sample);
+            copied_u.extend_from_slice(u);
+            copied_y.extend_from_slice(y);
+        }
+        self.copied = (copied_u, copied_y);
+        let u = Rows::new(&self.copied.0, self.inputs.len());
+        let y = Rows::new(&self.copied.1, self.outputs.len());
+        Stretch { u, y, len }
     }
 }
 

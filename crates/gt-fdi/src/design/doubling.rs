@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::filter_error::FilterError;
 use super::riccati::{Factor, MAX_CLOSED_LOOP_RADIUS, MAX_DOUBLINGS};
 use super::small_square::SmallSquare;
+use crate::runtime::wide::{Simd, Wide, Work};
 
 /// The solution of `P = F P (I + G P)^-1 F' + H` with `F = A - S R^-1 C`, `G = C' R^-1 C`,
 /// `H = Q - S R^-1 S'`, and the doublings spent (E. K.-W. Chu, H.-Y. Fan, W.-W. Lin, C.-S. Wang,
@@ -25,20 +26,15 @@ pub(super) fn doubling(
         SmallSquare::from_matrix(&(c.transpose() * weighted_c)),
         SmallSquare::from_matrix(&(q - s * weighted_s)),
     );
-    let mut iteration = 1;
-    while iteration <= MAX_DOUBLINGS {
-        match doubled.step() {
-            Progress::Further => iteration += 1,
-            Progress::Done => return Ok((doubled.h.to_matrix(), iteration)),
-            Progress::Lost => break,
-        }
+    match Wide::new().run(&mut doubled) {
+        (Progress::Done, iterations) => Ok((doubled.h.to_matrix(), iterations)),
+        (_, iterations) => Err(FilterError::NoSteadySolution {
+            limit: MAX_CLOSED_LOOP_RADIUS,
+            spectral_radius: f64::NAN,
+            relative_residual: f64::NAN,
+            iterations,
+        }),
     }
-    Err(FilterError::NoSteadySolution {
-        limit: MAX_CLOSED_LOOP_RADIUS,
-        spectral_radius: f64::NAN,
-        relative_residual: f64::NAN,
-        iterations: iteration.min(MAX_DOUBLINGS),
-    })
 }
 
 /// What a doubling came to.
@@ -57,6 +53,23 @@ struct Doubling {
     between: [SmallSquare; 4],
 }
 
+/// What the iteration came to, and the doublings spent. Its loops are those of [`SmallSquare`], in
+/// the widest registers of the machine.
+impl Work for &mut Doubling {
+    type Output = (Progress, usize);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> (Progress, usize) {
+        for iteration in 1..=MAX_DOUBLINGS {
+            match self.step() {
+                Progress::Further => {}
+                end => return (end, iteration),
+            }
+        }
+        (Progress::Further, MAX_DOUBLINGS)
+    }
+}
+
 impl Doubling {
     fn new(f: SmallSquare, mut g: SmallSquare, mut h: SmallSquare) -> Self {
         g.symmetrise();
@@ -66,6 +79,7 @@ impl Doubling {
     }
 
     /// `F <- F W F`, `G <- G + F W G F'`, `H <- H + F' H W F`, where `W = (I + G H)^-1`.
+    #[inline(always)]
     fn step(&mut self) -> Progress {
         let Self { f, g, h, between } = self;
         let [factor, of_f, of_g, room] = between;

@@ -4,7 +4,7 @@ use gt_core::{Dataset, DimensionError, OperatingPoint, Signal, StateSpace, store
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
-use super::channels::{Channels, names};
+use super::channels::{Channels, Stretch, names};
 use super::kalman::KalmanFilter;
 use super::noise::NoiseCovariance;
 use super::observer::check_single_output;
@@ -256,10 +256,17 @@ impl ResidualGenerator {
     /// [`FdiError::MissingTags`] and [`FdiError::SampleTime`] when the record does not fit.
     pub fn residuals(&self, data: &Dataset) -> Result<DMatrix<f64>, FdiError> {
         let (inputs, outputs) = (names(self.inputs()), names(self.outputs()));
-        let channels = Channels::of(data, self.sample_time_s(), &inputs, &outputs)?;
+        let mut channels = Channels::of(data, self.sample_time_s(), &inputs, &outputs)?;
         let mut generator = self.runtime((0..inputs.len()).collect());
         let mut residuals = DMatrix::zeros(outputs.len(), data.len());
-        generator.run(channels, residuals.as_mut_slice());
+        let mut left = residuals.as_mut_slice();
+        let mut begin = 0;
+        while begin < data.len() {
+            let Stretch { u, y, len } = channels.stretch(begin);
+            let own = left.split_off_mut(..len * outputs.len());
+            generator.run(u, y, own.unwrap_or_default());
+            begin += len;
+        }
         Ok(residuals)
     }
 

@@ -1,4 +1,5 @@
-//! Square matrices of a few rows in flat arrays, for iterations that allocate nothing.
+//! Square matrices of a few rows in flat arrays, for iterations that allocate nothing. What an
+//! iteration does is inlined into it, so that it uses the registers that the iteration may use.
 
 use nalgebra::DMatrix;
 
@@ -51,6 +52,7 @@ impl SmallSquare {
     }
 
     /// Becomes `left right`.
+    #[inline(always)]
     pub(super) fn set_product(&mut self, left: &Self, right: &Self) {
         match self.across {
             1 => self.set_product_of::<1>(left, right),
@@ -78,6 +80,7 @@ impl SmallSquare {
     }
 
     /// Becomes the transpose of `other`.
+    #[inline(always)]
     pub(super) fn set_transpose(&mut self, other: &Self) {
         for (row, column) in other.places() {
             *self.at_mut(column, row) = other.at(row, column);
@@ -85,6 +88,7 @@ impl SmallSquare {
     }
 
     /// Becomes the mean of itself and its transpose.
+    #[inline(always)]
     pub(super) fn symmetrise(&mut self) {
         for row in 0..self.size {
             for column in row + 1..self.size {
@@ -95,6 +99,7 @@ impl SmallSquare {
         }
     }
 
+    #[inline(always)]
     pub(super) fn add(&mut self, other: &Self) {
         let own = self.values.as_flattened_mut().iter_mut();
         for (own, other) in own.zip(other.values.as_flattened()) {
@@ -102,6 +107,7 @@ impl SmallSquare {
         }
     }
 
+    #[inline(always)]
     pub(super) fn add_identity(&mut self) {
         for index in 0..self.size {
             *self.at_mut(index, index) += 1.0;
@@ -109,6 +115,7 @@ impl SmallSquare {
     }
 
     /// Frobenius norm.
+    #[inline(always)]
     pub(super) fn norm(&self) -> f64 {
         let mut sums = [0.0; LANES];
         for values in &self.values {
@@ -122,6 +129,7 @@ impl SmallSquare {
     /// Solves `self X = right` for several right sides, which become the solutions, by elimination
     /// with the largest pivot of each column; what is left of `self` is of no use. `false` where a
     /// pivot is zero.
+    #[inline(always)]
     pub(super) fn solve<const SIDES: usize>(&mut self, right: [&mut Self; SIDES]) -> bool {
         match self.across {
             1 => self.solve_of::<1, SIDES>(right),
@@ -172,6 +180,7 @@ impl SmallSquare {
         true
     }
 
+    #[inline(always)]
     fn swap_rows(&mut self, left: usize, right: usize) {
         for chunk in 0..self.across {
             let (left, right) = (left * self.across, right * self.across);
@@ -179,6 +188,7 @@ impl SmallSquare {
         }
     }
 
+    #[inline(always)]
     fn scale_row(&mut self, row: usize, factor: f64) {
         let own = &mut self.values[row * self.across..(row + 1) * self.across];
         for value in own.as_flattened_mut() {

@@ -111,9 +111,27 @@ type Parts<'a, const NU: usize, const NY: usize> = (
     &'a [[f64; LANES]; LANES],
 );
 
-/// Adds terms to as many sums in turn.
+/// Adds terms to as many sums in turn, product and sum rounded once.
 #[inline(always)]
 pub(super) fn add_terms<S: Simd>(
+    simd: S,
+    sums: &mut [S::f64s],
+    columns: &[[f64; LANES]],
+    factors: &[f64],
+    register: usize,
+) {
+    let count = sums.len();
+    for (index, (column, &factor)) in columns.iter().zip(factors).enumerate() {
+        let column = registers::<S>(column)[register];
+        let sum = &mut sums[index % count];
+        *sum = simd.mul_add_f64s(column, simd.splat_f64s(factor), *sum);
+    }
+}
+
+/// As [`add_terms`], each product rounded before it is added: as outputs are added, which no later
+/// sample waits for.
+#[inline(always)]
+pub(super) fn add_products<S: Simd>(
     simd: S,
     sums: &mut [S::f64s],
     columns: &[[f64; LANES]],

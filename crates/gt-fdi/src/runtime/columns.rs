@@ -74,17 +74,18 @@ impl Columns {
         inputs: &[S::f64s],
         x: &[S::f64s; NX],
     ) -> [S::f64s; 2] {
-        let zero = simd.splat_f64s(0.0);
-        let mut of_state = zero;
-        if let Some(row) = self.c.get(output * NX..).and_then(<[_]>::first_chunk::<NX>) {
-            of_state = state_terms(simd, &row.map(|factor| [factor]), 0, x, zero);
+        let row = self.c.get(output * NX..).unwrap_or(&[]);
+        let mut of_state = [simd.splat_f64s(0.0); SUMS];
+        for (column, (&factor, &x)) in row.iter().zip(x).enumerate() {
+            let own = &mut of_state[column % SUMS];
+            *own = product_added(simd, factor, x, *own);
         }
-        let mut of_inputs = zero;
         let row = self.d.get(output * self.inputs..).unwrap_or(&[]);
+        let mut of_inputs = simd.splat_f64s(0.0);
         for (&factor, &input) in row.iter().zip(inputs) {
-            of_inputs = multiply_add(simd, factor, input, of_inputs);
+            of_inputs = product_added(simd, factor, input, of_inputs);
         }
-        [of_state, of_inputs]
+        [in_pairs(simd, of_state), of_inputs]
     }
 
     /// The next state, of the deviations of inputs and outputs and of the state.
@@ -150,7 +151,7 @@ impl<const NX: usize, const NU: usize> Form<'_, NX, NU> {
         let mut of_inputs = simd.splat_f64s(0.0);
         let mut next = [of_inputs; NX];
         for ((&factor, column), &du) in self.d.iter().zip(self.b).zip(du) {
-            of_inputs = multiply_add(simd, factor, du, of_inputs);
+            of_inputs = product_added(simd, factor, du, of_inputs);
             for (next, &factor) in next.iter_mut().zip(column) {
                 *next = multiply_add(simd, factor, du, *next);
             }
@@ -170,9 +171,9 @@ impl<const NX: usize, const NU: usize> Form<'_, NX, NU> {
 
 /// `sum` and what the state adds to a row.
 #[inline(always)]
-fn state_terms<S: Simd, const NX: usize, const ROWS: usize>(
+fn state_terms<S: Simd, const NX: usize>(
     simd: S,
-    columns: &[[f64; ROWS]; NX],
+    columns: &[[f64; NX]; NX],
     row: usize,
     x: &[S::f64s; NX],
     sum: S::f64s,
@@ -206,8 +207,14 @@ fn is_canonical(matrices: &Matrices, nx: usize) -> bool {
     shifts && first && matrices.y0.len() == 1
 }
 
-/// `factor x value + sum`, with two roundings, as on every machine.
+/// `factor x value + sum`, rounded once.
 #[inline(always)]
 fn multiply_add<S: Simd>(simd: S, factor: f64, value: S::f64s, sum: S::f64s) -> S::f64s {
+    simd.mul_add_f64s(simd.splat_f64s(factor), value, sum)
+}
+
+/// `factor x value`, rounded, and `sum`: as outputs are added, which no later sample waits for.
+#[inline(always)]
+fn product_added<S: Simd>(simd: S, factor: f64, value: S::f64s, sum: S::f64s) -> S::f64s {
     simd.add_f64s(sum, simd.mul_f64s(simd.splat_f64s(factor), value))
 }

@@ -8,6 +8,7 @@ use core::ops::Range;
 use thiserror::Error;
 
 use super::columns::{Columns, MOST_SIGNALS, MOST_STATES};
+use super::generator::origins;
 use super::wide::{Simd, Wide, Work, lanes_of, registers, registers_mut};
 use super::{Generator, Matrices};
 
@@ -16,9 +17,10 @@ const TILE: usize = 8;
 /// Samples that the streams of a register take before those of the next: few enough that the caches
 /// read ahead in all of them, enough that states are seldom loaded.
 const BLOCK: usize = 2;
-/// Deviations and states up to this are computed many at once without looking at each result.
-const SAFE: f64 = 1e100;
-/// How much larger than [`SAFE`] everything may become meanwhile; far from the largest double.
+/// Deviations and states with squares up to this are computed many at once without looking at each
+/// result.
+const SAFE: f64 = 1e200;
+/// How much larger than the root of [`SAFE`] everything may become meanwhile; far from the largest double.
 const HEADROOM: f64 = 1e190;
 
 /// One state of the streams of a tile, where a register never lies across two lines of the cache.
@@ -74,7 +76,7 @@ pub struct Fleet {
     y0: Box<[f64]>,
     /// Number of states.
     nx: usize,
-    /// Samples in a row that cannot overflow from [`SAFE`], up to [`BLOCK`].
+    /// Samples in a row that cannot overflow from the root of [`SAFE`], up to [`BLOCK`].
     horizon: usize,
     /// The states of each tile of streams (tiles x nx).
     states: Vec<Lanes>,
@@ -100,8 +102,8 @@ impl Fleet {
         Self {
             streams,
             columns,
-            u0: matrices.u0.as_slice().into(),
-            y0: matrices.y0.as_slice().into(),
+            u0: origins(matrices.u0.clone()),
+            y0: origins(matrices.y0.clone()),
             single: Generator::new(matrices, (0..nu).collect()),
             nx,
             horizon,
@@ -173,7 +175,7 @@ impl Work for Samples<'_> {
             (@ $nx:literal ($($nu:literal)*)) => {
                 match self.fleet.u0.len() {
                     $($nu if self.fleet.columns.canonical() => {
-                        self.take(simd, Self::canonical_block::<S, $nx, $nu>);
+                        self.take_canonical::<S, $nx, $nu>(simd);
                     })*
                     _ => self.take(simd, Self::block::<S, $nx>),
                 }
@@ -248,11 +250,11 @@ impl Samples<'_> {
         let register = first % TILE / S::F64_LANES;
         let tile = first / TILE * NX;
         let mut x = [simd.splat_f64s(0.0); NX];
-        // A sum of moduli is safe when all are, and NaN or infinite when one is.
+        // A sum of squares is safe when all are, and NaN or infinite when one is.
         let mut sizes = simd.splat_f64s(0.0);
         for (x, lanes) in x.iter_mut().zip(&fleet.states[tile..tile + NX]) {
             *x = registers::<S>(&lanes.0)[register];
-            sizes = simd.add_f64s(sizes, simd.abs_f64s(*x));
+            sizes = simd.mul_add_f64s(*x, *x, sizes);
         }
         let mut known = [simd.splat_f64s(0.0); MOST_SIGNALS];
         let known = &mut known[..nu + ny];
@@ -264,13 +266,13 @@ impl Samples<'_> {
             let (du, dy) = known.split_at_mut(nu);
             for (value, u0) in du.iter_mut().zip(&fleet.u0) {
                 *value = deviation(simd, &self.u[of_u..of_u + S::F64_LANES], *u0);
-                sizes = simd.add_f64s(sizes, simd.abs_f64s(*value));
+                sizes = simd.mul_add_f64s(*value, *value, sizes);
                 of_u += streams;
             }
             for (output, (value, y0)) in dy.iter_mut().zip(&fleet.y0).enumerate() {
                 let own = of_y..of_y + S::F64_LANES;
                 *value = deviation(simd, &self.y[own.clone()], *y0);
-                sizes = simd.add_f64s(sizes, simd.abs_f64s(*value));
+                sizes = simd.mul_add_f64s(*value, *value, sizes);
                 let [of_state, of_inputs] = columns.expected::<S, NX>(simd, output, du, &x);
                 let residual = simd.sub_f64s(simd.sub_f64s(*value, of_state), of_inputs);
                 registers_mut::<S>(&mut self.residuals[own])[0] = residual;
@@ -278,92 +280,132 @@ impl Samples<'_> {
             }
             x = columns.next::<S, NX>(simd, known, &x);
         }
-        self.keep(simd, block, first, x, sizes);
-    }
-
-    /// As [`Samples::block`], of a generator in canonical form.
-    #[inline(always)]
-    fn canonical_block<S: Simd, const NX: usize, const NU: usize>(
-        &mut self,
-        simd: S,
-        block: &Range<usize>,
-        first: usize,
-    ) {
-        let fleet = &mut *self.fleet;
-        let streams = fleet.streams;
-        let register = first % TILE / S::F64_LANES;
-        let tile = first / TILE * NX;
-        let form = fleet.columns.canonical_form::<NX, NU>();
-        let (Some(form), Some(&u0), Some(&y0)) =
-            (form, fleet.u0.first_chunk::<NU>(), fleet.y0.first())
-        else {
+        let Some(states) = fleet.states[tile..].first_chunk_mut::<NX>() else {
             return;
         };
-        let mut x = [simd.splat_f64s(0.0); NX];
-        let mut sizes = simd.splat_f64s(0.0);
-        for (x, lanes) in x.iter_mut().zip(&fleet.states[tile..tile + NX]) {
-            *x = registers::<S>(&lanes.0)[register];
-            sizes = simd.add_f64s(sizes, simd.abs_f64s(*x));
+        if !keep(simd, states, register, x, sizes) {
+            self.take_unsafe(block, first, lanes_of::<S>(&[sizes]));
         }
-        let u = &self.u[block.start * NU * streams..block.end * NU * streams];
-        let y = &self.y[block.start * streams..block.end * streams];
-        let residuals = &mut self.residuals[block.start * streams..block.end * streams];
-        let samples = u.chunks_exact(NU * streams).zip(y.chunks_exact(streams));
-        let own = first..first + S::F64_LANES;
-        for ((u, y), residuals) in samples.zip(residuals.chunks_exact_mut(streams)) {
-            let mut du = [simd.splat_f64s(0.0); NU];
-            for (input, du) in du.iter_mut().enumerate() {
-                let begin = input * streams + first;
-                *du = deviation(simd, &u[begin..begin + S::F64_LANES], u0[input]);
-                sizes = simd.add_f64s(sizes, simd.abs_f64s(*du));
-            }
-            let dy = deviation(simd, &y[own.clone()], y0);
-            sizes = simd.add_f64s(sizes, simd.abs_f64s(dy));
-            let (residual, next) = form.step(simd, &du, dy, &x);
-            registers_mut::<S>(&mut residuals[own.clone()])[0] = residual;
-            x = next;
-        }
-        self.keep(simd, block, first, x, sizes);
     }
 
-    /// Keeps the states `x` of the streams of one register after a block of samples; those whose
-    /// `sizes` are not safe take the samples again, one by one.
+    /// As [`Samples::take`] by [`Samples::block`], of a generator in canonical form.
     #[inline(always)]
-    fn keep<S: Simd, const NX: usize>(
+    fn take_canonical<S: Simd, const NX: usize, const NU: usize>(&mut self, simd: S) {
+        let streams = self.fleet.streams;
+        let whole = streams - streams % S::F64_LANES;
+        for begin in (0..self.count).step_by(self.fleet.horizon) {
+            let samples = begin..self.count.min(begin + self.fleet.horizon);
+            let mut first = 0;
+            loop {
+                let found = if samples.len() == BLOCK {
+                    self.canonical_block::<S, NX, NU, BLOCK>(simd, begin, first..whole)
+                } else {
+                    self.canonical_block::<S, NX, NU, 1>(simd, begin, first..whole)
+                };
+                let Some((register, sizes)) = found else {
+                    break;
+                };
+                self.take_unsafe(&samples, register, lanes_of::<S>(&[sizes]));
+                first = register + S::F64_LANES;
+            }
+            for stream in whole..streams {
+                self.take_one(samples.clone(), stream);
+            }
+        }
+    }
+
+    /// Takes a block of samples of `streams`, whole registers of them, until some are not safe: of
+    /// those the first stream and the sizes.
+    ///
+    /// The numbers of samples, states and inputs are constants because what waits for memory here
+    /// waits the shorter the fewer instructions lie between two samples.
+    #[inline(always)]
+    fn canonical_block<S: Simd, const NX: usize, const NU: usize, const COUNT: usize>(
         &mut self,
         simd: S,
-        block: &Range<usize>,
-        first: usize,
-        x: [S::f64s; NX],
-        sizes: S::f64s,
-    ) {
-        let register = first % TILE / S::F64_LANES;
-        let tile = first / TILE * NX;
-        let states = &mut self.fleet.states[tile..tile + NX];
-        if simd.reduce_sum_f64s(sizes) <= SAFE {
-            for (lanes, x) in states.iter_mut().zip(x) {
-                registers_mut::<S>(&mut lanes.0)[register] = x;
+        begin: usize,
+        own: Range<usize>,
+    ) -> Option<(usize, S::f64s)> {
+        let fleet = &mut *self.fleet;
+        let streams = fleet.streams;
+        let form = fleet.columns.canonical_form::<NX, NU>()?;
+        let u0 = fleet.u0.first_chunk::<NU>()?.map(|u0| simd.splat_f64s(u0));
+        let y0 = simd.splat_f64s(*fleet.y0.first()?);
+        let (states, _) = fleet.states.as_chunks_mut::<NX>();
+        let u = self.u.get(begin * NU * streams..)?;
+        let y = self.y.get(begin * streams..)?;
+        let residuals = self.residuals.get_mut(begin * streams..)?;
+        for first in own.step_by(S::F64_LANES) {
+            let states = states.get_mut(first / TILE)?;
+            let register = first % TILE / S::F64_LANES;
+            let mut x = [simd.splat_f64s(0.0); NX];
+            let mut sizes = simd.splat_f64s(0.0);
+            for (x, lanes) in x.iter_mut().zip(&*states) {
+                *x = registers::<S>(&lanes.0)[register];
+                sizes = simd.mul_add_f64s(*x, *x, sizes);
             }
-            return;
-        }
-        let next = lanes_of::<S>(&x);
-        for (lane, size) in lanes_of::<S>(&[sizes]).iter().enumerate() {
-            let stream = first + lane;
-            if *size <= SAFE {
-                let states = self.fleet.states[tile..tile + NX].iter_mut();
-                for (x, next) in states.zip(next.iter().skip(lane).step_by(S::F64_LANES)) {
-                    x.0[stream % TILE] = *next;
+            let (mut of_u, mut of_y) = (first, first);
+            for _ in 0..COUNT {
+                let mut du = u0;
+                for du in &mut du {
+                    let own = registers::<S>(u.get(of_u..of_u + S::F64_LANES)?)[0];
+                    *du = simd.sub_f64s(own, *du);
+                    sizes = simd.mul_add_f64s(*du, *du, sizes);
+                    of_u += streams;
                 }
-            } else {
-                self.take_one(block.clone(), stream);
+                let own = registers::<S>(y.get(of_y..of_y + S::F64_LANES)?)[0];
+                let dy = simd.sub_f64s(own, y0);
+                sizes = simd.mul_add_f64s(dy, dy, sizes);
+                let (residual, next) = form.step(simd, &du, dy, &x);
+                registers_mut::<S>(residuals.get_mut(of_y..of_y + S::F64_LANES)?)[0] = residual;
+                of_y += streams;
+                x = next;
+            }
+            if !keep(simd, states, register, x, sizes) {
+                return Some((first, sizes));
+            }
+        }
+        None
+    }
+
+    /// Takes a block of samples again, of those streams from `first` on whose `sizes` are not safe.
+    #[cold]
+    #[inline(never)]
+    fn take_unsafe(&mut self, block: &Range<usize>, first: usize, sizes: &[f64]) {
+        for (lane, size) in sizes.iter().enumerate() {
+            if size.is_nan() || *size >= SAFE {
+                self.take_one(block.clone(), first + lane);
             }
         }
     }
 }
 
-/// `values - origin`, never -0.
+/// Keeps the next states `x` of the streams of one register where their `sizes` are safe; whether
+/// all are.
+#[inline(always)]
+fn keep<S: Simd, const NX: usize>(
+    simd: S,
+    states: &mut [Lanes; NX],
+    register: usize,
+    x: [S::f64s; NX],
+    sizes: S::f64s,
+) -> bool {
+    let all = simd.reduce_sum_f64s(sizes) <= SAFE;
+    let safe = simd.less_than_f64s(sizes, simd.splat_f64s(SAFE));
+    // Without an address of `x`, which would keep it in memory all along.
+    for (lanes, x) in states.iter_mut().zip(x) {
+        let own = &mut registers_mut::<S>(&mut lanes.0)[register];
+        *own = if all {
+            x
+        } else {
+            simd.select_f64s(safe, x, *own)
+        };
+    }
+    all
+}
+
+/// `values - origin`.
 #[inline(always)]
 fn deviation<S: Simd>(simd: S, values: &[f64], origin: f64) -> S::f64s {
-    let (origin, zero) = (simd.splat_f64s(origin), simd.splat_f64s(0.0));
-    simd.add_f64s(simd.sub_f64s(registers::<S>(values)[0], origin), zero)
+    simd.sub_f64s(registers::<S>(values)[0], simd.splat_f64s(origin))
 }

@@ -7,7 +7,11 @@ use alloc::vec::Vec;
 use super::blocks::{Blocks, LANES};
 use super::fingerprint::Fingerprint;
 use super::kernel::{Kernel, LARGEST_CORRECTION, all_finite, dot, dot_in_order};
+use super::rows::Rows;
 use super::wide::{Simd, Wide, Work};
+
+/// Samples of one generator that are looked at together: a closer look at one is one at all of them.
+const BLOCK: usize = 32;
 
 /// Does `work` with the numbers of inputs and outputs as constants, `other` where there are more than
 /// four.
@@ -63,12 +67,6 @@ pub(crate) enum Update {
     Restarted,
 }
 
-/// Where samples come from.
-pub(crate) trait Samples {
-    /// Inputs and outputs of one sample.
-    fn at(&mut self, sample: usize) -> (&[f64], &[f64]);
-}
-
 /// A residual generator with its state: `r = (y - y0) - C x - D (u - u0)`,
 /// `x+ = (A - K C) x + (B - K D)(u - u0) + K (y - y0)`, which is the paper's eq. 22.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +75,8 @@ pub(crate) struct Generator {
     open: Blocks,
     /// `[B - K D, K, A - K C]`.
     closed: Blocks,
+    /// `[D, C]`.
+    outputs: Blocks,
     /// `C`, a row an output in blocks of [`LANES`].
     c: Vec<[f64; LANES]>,
     /// `D`, row by row.
@@ -114,6 +114,7 @@ impl Generator {
         let none = vec![0.0; nx * ny];
         let open = Blocks::new(&[(&b, nu), (&none, ny)], (&a, nx), nx);
         let closed = Blocks::new(&[(&closed_b, nu), (&gain, ny)], (&closed_a, nx), nx);
+        let outputs = Blocks::new(&[(&d, nu)], (&c, nx), ny);
         let blocks = nx.div_ceil(LANES);
         let rows = (0..ny).flat_map(|output| {
             let row = &c[output * nx..(output + 1) * nx];
@@ -124,10 +125,11 @@ impl Generator {
         Self {
             open,
             closed,
+            outputs,
             c: rows.collect(),
             d,
-            u0: u0.into(),
-            y0: y0.into(),
+            u0: origins(u0),
+            y0: origins(y0),
             places,
             x: vec![[0.0; LANES]; blocks],
             next: vec![[0.0; LANES]; blocks],
@@ -152,7 +154,8 @@ impl Generator {
             .chain(outputs)
             .chain(matrices)
         {
-            print.add(value.to_bits());
+            // -0 and 0 are one number.
+            print.add((value + 0.0).to_bits());
         }
     }
 
@@ -206,12 +209,12 @@ impl Generator {
         })
     }
 
-    /// Takes one sample after the other as [`Generator::step`] does: `samples` gives the inputs and
-    /// the outputs (this generator's own first), and `residuals` (samples x ny) has a place for all.
-    pub(crate) fn run(&mut self, samples: impl Samples, residuals: &mut [f64]) {
+    /// Takes one sample after the other as [`Generator::step`] does, inputs `u` and outputs `y`, of
+    /// which this generator's own come first; writes the `residuals` (samples x ny).
+    pub(crate) fn run(&mut self, u: Rows<'_>, y: Rows<'_>, residuals: &mut [f64]) {
         self.wide.run(Many {
             generator: self,
-            samples,
+            samples: (u, y),
             residuals,
         });
     }
@@ -223,15 +226,15 @@ impl Generator {
             return None;
         }
         let (b, gain, a) = self.closed.parts::<NU, NY>()?;
+        let (d, _, c) = self.outputs.parts::<NU, 0>()?;
         Some(Kernel {
             b,
             gain,
             a,
-            c: self.c.first_chunk()?,
-            d: self.d.as_chunks().0.first_chunk()?,
+            c,
+            d,
             u0: self.u0.first_chunk()?,
             y0: self.y0.first_chunk()?,
-            places: self.places.first_chunk()?,
         })
     }
 
@@ -276,8 +279,7 @@ impl Generator {
         for (((y, y0), dy), ([of_state, of_inputs], residual)) in
             outputs.zip(expected.zip(residuals.iter_mut()))
         {
-            // Never -0: then a term that is 0 has no effect on any residual, wherever it is added.
-            *dy = y - y0 + 0.0;
+            *dy = y - y0;
             let there = y.is_finite();
             let value = *dy - of_state - of_inputs;
             *residual = if there { value } else { f64::NAN };
@@ -328,6 +330,18 @@ impl Generator {
     }
 }
 
+/// An operating point from which no deviation is -0: then a term that is 0 has no effect on any
+/// residual, wherever it is added.
+pub(super) fn origins(point: Vec<f64>) -> Box<[f64]> {
+    let mut origins = point.into_boxed_slice();
+    for origin in &mut origins {
+        if *origin == 0.0 {
+            *origin = -0.0;
+        }
+    }
+    origins
+}
+
 /// One sample of a generator.
 struct One<'a> {
     generator: &'a mut Generator,
@@ -344,69 +358,85 @@ impl Work for One<'_> {
         let (generator, sample, first) = (self.generator, self.sample, self.first);
         let sizes = (generator.u0.len(), generator.y0.len());
         // No closures, which may stay outside the function that may use the instruction set.
-        let mut next = None;
-        if let Some(x) = generator.x.first() {
+        of_sizes!(
+            sizes,
+            NU,
+            NY,
+            if let (Some(kernel), Some(x), Some(own), Some(residuals)) = (
+                generator.kernel::<NU, NY>(),
+                generator.x.first(),
+                own_signals::<NU, NY>(&generator.places, sample, first),
+                self.residuals.first_chunk_mut::<NY>(),
+            ) && let Some((found, next)) = kernel.step(simd, (&own.0, &own.1), x)
+            {
+                *residuals = found;
+                generator.x[0] = next;
+                return Update::Residual;
+            },
+            {}
+        );
+        generator.step_in(simd, sample, first, self.residuals)
+    }
+}
+
+/// A generator's own inputs, which stand at `places` among the inputs and, after them, the outputs
+/// of a sample, and its own outputs, which begin at `first`.
+#[inline(always)]
+fn own_signals<const NU: usize, const NY: usize>(
+    places: &[usize],
+    (u, y): (&[f64], &[f64]),
+    first: usize,
+) -> Option<([f64; NU], [f64; NY])> {
+    let mut own = [0.0; NU];
+    for (own, &place) in own.iter_mut().zip(places.first_chunk::<NU>()?) {
+        *own = match place.checked_sub(u.len()) {
+            None => *u.get(place)?,
+            Some(output) => *y.get(output)?,
+        };
+    }
+    Some((own, *y.get(first..)?.first_chunk::<NY>()?))
+}
+
+/// Samples of a generator one after the other.
+struct Many<'a> {
+    generator: &'a mut Generator,
+    samples: (Rows<'a>, Rows<'a>),
+    residuals: &'a mut [f64],
+}
+
+impl Work for Many<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (generator, (u, y)) = (self.generator, self.samples);
+        let sizes = (generator.u0.len(), generator.y0.len());
+        let blocks = self.residuals.chunks_mut(BLOCK * sizes.1.max(1));
+        for (index, residuals) in blocks.enumerate() {
+            let (u, y) = (u.from(index * BLOCK), y.from(index * BLOCK));
+            let mut done = false;
             of_sizes!(
                 sizes,
                 NU,
                 NY,
-                if let Some(kernel) = generator.kernel::<NU, NY>() {
-                    next = kernel.step(simd, sample, first, x, self.residuals);
+                if let (Some(kernel), Some(&(mut x))) =
+                    (generator.kernel::<NU, NY>(), generator.x.first())
+                {
+                    let (own, _) = residuals.as_chunks_mut::<NY>();
+                    done = kernel.run(simd, (u, y), &mut x, own);
+                    if done {
+                        generator.x[0] = x;
+                    }
                 },
                 {}
             );
-        }
-        match (next, generator.x.first_mut()) {
-            (Some(next), Some(x)) => {
-                *x = next;
-                Update::Residual
+            if !done {
+                let own = residuals.chunks_exact_mut(sizes.1.max(1)).enumerate();
+                for (sample, residuals) in own {
+                    let sample = (u.at(sample, sizes.0), y.at(sample, sizes.1));
+                    generator.step_in(simd, sample, 0, residuals);
+                }
             }
-            _ => generator.step_in(simd, sample, first, self.residuals),
-        }
-    }
-}
-
-/// Samples of a generator one after the other.
-struct Many<'a, T> {
-    generator: &'a mut Generator,
-    samples: T,
-    residuals: &'a mut [f64],
-}
-
-impl<T: Samples> Work for Many<'_, T> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(mut self, simd: S) {
-        let (generator, samples) = (self.generator, &mut self.samples);
-        let sizes = (generator.u0.len(), generator.y0.len());
-        let mut own = self.residuals.chunks_exact_mut(sizes.1.max(1)).enumerate();
-        loop {
-            // Until one needs a closer look, the kernel and the state stay at hand.
-            let mut closer = None;
-            if let Some(&(mut x)) = generator.x.first() {
-                of_sizes!(
-                    sizes,
-                    NU,
-                    NY,
-                    if let Some(kernel) = generator.kernel::<NU, NY>() {
-                        for (index, residuals) in own.by_ref() {
-                            let next = kernel.step(simd, samples.at(index), 0, &x, residuals);
-                            let Some(next) = next else {
-                                closer = Some((index, residuals));
-                                break;
-                            };
-                            x = next;
-                        }
-                    },
-                    {}
-                );
-                generator.x[0] = x;
-            }
-            let Some((index, residuals)) = closer.or_else(|| own.next()) else {
-                return;
-            };
-            generator.step_in(simd, samples.at(index), 0, residuals);
         }
     }
 }

@@ -1,11 +1,15 @@
 //! A step of a small generator with nothing missing and nothing huge.
 
-use super::blocks::{LANES, SUMS, add_terms, in_pairs};
+use super::blocks::{LANES, SUMS, add_products, add_terms, in_pairs};
+use super::rows::Rows;
 use super::wide::{Simd, registers_mut};
 
 /// An output further than this from its operating point, in any unit, is judged but kept out of
 /// the state: half of the range of doubles, so that no product with a sane gain overflows.
 pub(super) const LARGEST_CORRECTION: f64 = 1e150;
+
+/// Squares up to this are of corrections and states that are judged without a closer look.
+const SAFE: f64 = 1e200;
 
 /// The equations of a generator with up to [`LANES`] states, rows or columns filled up with zeros.
 #[derive(Clone, Copy)]
@@ -16,47 +20,73 @@ pub(super) struct Kernel<'a, const NU: usize, const NY: usize> {
     pub(super) gain: &'a [[f64; LANES]; NY],
     /// `A - K C` by columns.
     pub(super) a: &'a [[f64; LANES]; LANES],
-    /// `C` and `D` by rows.
-    pub(super) c: &'a [[f64; LANES]; NY],
-    pub(super) d: &'a [[f64; NU]; NY],
+    /// `C` and `D` by columns.
+    pub(super) c: &'a [[f64; LANES]; LANES],
+    pub(super) d: &'a [[f64; LANES]; NU],
     pub(super) u0: &'a [f64; NU],
     pub(super) y0: &'a [f64; NY],
-    /// Where each input stands among inputs and, after them, outputs.
-    pub(super) places: &'a [usize; NU],
 }
 
 impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
-    /// Writes the residuals and gives the next state; `None`, and residuals of no account, for a
-    /// sample that needs a closer look.
-    ///
-    /// Adds in the order of [`Blocks::times`](super::blocks::Blocks::times) and [`dot`].
+    /// Residuals and next state of one sample; `None` for a sample that needs a closer look.
     #[inline(always)]
     pub(super) fn step<S: Simd>(
         &self,
         simd: S,
-        (u, y): (&[f64], &[f64]),
-        first: usize,
+        sample: (&[f64; NU], &[f64; NY]),
         x: &[f64; LANES],
-        residuals: &mut [f64],
-    ) -> Option<[f64; LANES]> {
-        let own_y = y.get(first..)?.first_chunk::<NY>()?;
-        let mut du = [0.0; NU];
-        for ((du, &place), u0) in du.iter_mut().zip(self.places).zip(self.u0) {
-            let value = match place.checked_sub(u.len()) {
-                None => u.get(place),
-                Some(output) => y.get(output),
-            };
-            *du = value? - u0;
+    ) -> Option<([f64; NY], [f64; LANES])> {
+        let mut sizes = Sizes::none(simd);
+        let (residuals, next) = self.look(simd, sample, x, &mut sizes);
+        sizes.are_safe(simd).then_some((residuals, next))
+    }
+
+    /// Samples one after the other, with their residuals (samples x NY); `false`, and neither
+    /// residuals nor state of any account, when one needs a closer look.
+    #[inline(always)]
+    pub(super) fn run<S: Simd>(
+        &self,
+        simd: S,
+        (u, y): (Rows<'_>, Rows<'_>),
+        x: &mut [f64; LANES],
+        residuals: &mut [[f64; NY]],
+    ) -> bool {
+        let mut sizes = Sizes::none(simd);
+        let samples = u.arrays::<NU>().zip(y.arrays::<NY>());
+        for (sample, residuals) in samples.zip(residuals) {
+            (*residuals, *x) = self.look(simd, sample, x, &mut sizes);
         }
-        let residuals = residuals.first_chunk_mut::<NY>()?;
-        let mut dy = [0.0; NY];
-        let mut finite = true;
+        sizes.are_safe(simd)
+    }
+
+    /// Adds in the order of [`Blocks::times`](super::blocks::Blocks::times), [`dot`] and
+    /// [`dot_in_order`].
+    #[inline(always)]
+    fn look<S: Simd>(
+        &self,
+        simd: S,
+        (u, y): (&[f64; NU], &[f64; NY]),
+        x: &[f64; LANES],
+        sizes: &mut Sizes<S>,
+    ) -> ([f64; NY], [f64; LANES]) {
+        let mut du = *u;
+        for (du, u0) in du.iter_mut().zip(self.u0) {
+            *du -= u0;
+        }
+        let (mut of_inputs, mut of_state) = ([0.0; LANES], [0.0; LANES]);
+        for register in 0..NY.div_ceil(S::F64_LANES) {
+            let mut sums = [simd.splat_f64s(0.0); SUMS];
+            add_products(simd, &mut sums[..1], self.d, &du, register);
+            registers_mut::<S>(&mut of_inputs)[register] = sums[0];
+            sums[0] = simd.splat_f64s(0.0);
+            add_products(simd, &mut sums, self.c, x, register);
+            registers_mut::<S>(&mut of_state)[register] = in_pairs(simd, sums);
+        }
+        let (mut dy, mut residuals) = ([0.0; NY], [0.0; NY]);
         for output in 0..NY {
-            dy[output] = own_y[output] - self.y0[output] + 0.0;
-            let of_inputs = dot_in_order(&self.d[output], &du);
-            residuals[output] = dy[output] - dot(&self.c[output], x) - of_inputs;
-            finite &= dy[output].abs() <= LARGEST_CORRECTION;
-            finite &= residuals[output].is_finite();
+            dy[output] = y[output] - self.y0[output];
+            residuals[output] = dy[output] - of_state[output] - of_inputs[output];
+            sizes.of_outputs += dy[output] * dy[output] + residuals[output] * residuals[output];
         }
         let mut next = [0.0; LANES];
         for (register, next) in registers_mut::<S>(&mut next).iter_mut().enumerate() {
@@ -65,10 +95,32 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
             add_terms(simd, &mut sums[..1], self.gain, &dy, register);
             add_terms(simd, &mut sums, self.a, x, register);
             *next = in_pairs(simd, sums);
+            // An input that is not finite leaves no finite state.
+            sizes.of_state = simd.mul_add_f64s(*next, *next, sizes.of_state);
         }
-        // An input that is not finite leaves no finite state.
-        finite &= all_finite(&next);
-        finite.then_some(next)
+        (residuals, next)
+    }
+}
+
+/// The sums of the squares of outputs, residuals and states: they are safe when all are, and NaN or
+/// infinite when one is.
+struct Sizes<S: Simd> {
+    of_outputs: f64,
+    of_state: S::f64s,
+}
+
+impl<S: Simd> Sizes<S> {
+    #[inline(always)]
+    fn none(simd: S) -> Self {
+        Self {
+            of_outputs: 0.0,
+            of_state: simd.splat_f64s(0.0),
+        }
+    }
+
+    #[inline(always)]
+    fn are_safe(&self, simd: S) -> bool {
+        self.of_outputs + simd.reduce_sum_f64s(self.of_state) <= SAFE
     }
 }
 

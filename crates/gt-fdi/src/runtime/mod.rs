@@ -20,9 +20,10 @@ mod fleet;
 mod generator;
 mod isolation;
 mod kernel;
+mod rows;
 mod statistics;
 mod whitener;
-mod wide;
+pub(crate) mod wide;
 
 pub use channel::ChannelVerdict;
 pub(crate) use channel::{Channel, ChannelParts};
@@ -34,12 +35,13 @@ pub use detector_state::{DetectorState, ResumeError};
 pub use evaluator::{Estimate, Evaluator, Modulus};
 pub use exceedance_run::{ExceedanceRun, Persistence};
 pub use fleet::{Fleet, FleetError};
-pub(crate) use generator::{Generator, Matrices, Samples, Update};
+pub(crate) use generator::{Generator, Matrices, Update};
 pub(crate) use isolation::{
     Core, CoreParts, DiagnosisOptions, Drive, DriveParts, DriveSums, HypothesisKind,
     HypothesisParts, JointWhitener, JointWhitenerParts, LAGS, LagParts, LevelParts, Recall,
 };
 pub use isolation::{Diagnosis, Finding, Hypothesis, IsolationVerdict, Pair};
+pub(crate) use rows::Rows;
 pub use statistics::AdaptiveThreshold;
 pub use statistics::CusumFleet;
 pub use statistics::RunSum;

@@ -2,20 +2,20 @@
 
 use pulp::{Arch, WithSimd, bytemuck};
 
-pub(in super::super) use pulp::{Simd, WithSimd as Work};
+pub(crate) use pulp::{Simd, WithSimd as Work};
 
 /// The widest instruction set of the machine, found once.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct Wide(Arch);
+pub(crate) struct Wide(Arch);
 
 impl Wide {
-    pub(in super::super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(Arch::new())
     }
 
     /// Does `work` with it. What is not inlined into `work` falls out of it.
     #[inline(always)]
-    pub(in super::super) fn run<W: WithSimd>(self, work: W) -> W::Output {
+    pub(crate) fn run<W: WithSimd>(self, work: W) -> W::Output {
         self.0.dispatch(work)
     }
 }

@@ -1,6 +1,7 @@
 //! The instruction set that work runs with: found at run time with the feature `design`, else that of
 //! the build. Which it is changes the speed of sums side by side and not a bit of them:
-//! multiplications and additions stay as they are written, one rounding each.
+//! multiplications and additions stay as they are written, and where they are written as one
+//! (`mul_add_f64s`) they are rounded once, if need be by software.
 
 #[cfg(feature = "design")]
 mod dispatched;
@@ -12,7 +13,8 @@ use dispatched as set;
 #[cfg(not(feature = "design"))]
 use plain as set;
 
-pub(super) use set::{Simd, Wide, Work, lanes_of, registers, registers_mut};
+pub(crate) use set::{Simd, Wide, Work};
+pub(super) use set::{lanes_of, registers, registers_mut};
 
 /// It is a matter of the machine, not of what is computed.
 impl PartialEq for Wide {

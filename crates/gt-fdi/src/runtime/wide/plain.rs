@@ -4,7 +4,7 @@
 const LANES: usize = 8;
 
 /// Arithmetic on registers, lane by lane.
-pub(in super::super) trait Simd: Copy {
+pub(crate) trait Simd: Copy {
     /// A register.
     #[allow(non_camel_case_types)]
     type f64s: Copy;
@@ -17,6 +17,7 @@ pub(in super::super) trait Simd: Copy {
     fn add_f64s(self, left: Self::f64s, right: Self::f64s) -> Self::f64s;
     fn sub_f64s(self, left: Self::f64s, right: Self::f64s) -> Self::f64s;
     fn mul_f64s(self, left: Self::f64s, right: Self::f64s) -> Self::f64s;
+    fn mul_add_f64s(self, left: Self::f64s, right: Self::f64s, sum: Self::f64s) -> Self::f64s;
     fn abs_f64s(self, values: Self::f64s) -> Self::f64s;
     fn neg_f64s(self, values: Self::f64s) -> Self::f64s;
     fn min_f64s(self, left: Self::f64s, right: Self::f64s) -> Self::f64s;
@@ -31,22 +32,22 @@ pub(in super::super) trait Simd: Copy {
 }
 
 /// Work on registers of any kind.
-pub(in super::super) trait Work {
+pub(crate) trait Work {
     type Output;
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output;
 }
 
 /// The only kind of registers.
 #[derive(Debug, Clone, Copy)]
-pub(in super::super) struct Wide;
+pub(crate) struct Wide;
 
 impl Wide {
-    pub(in super::super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self
     }
 
     #[inline(always)]
-    pub(in super::super) fn run<W: Work>(self, work: W) -> W::Output {
+    pub(crate) fn run<W: Work>(self, work: W) -> W::Output {
         work.with_simd(self)
     }
 }
@@ -80,6 +81,10 @@ impl Simd for Wide {
     #[inline(always)]
     fn mul_f64s(self, left: Self::f64s, right: Self::f64s) -> Self::f64s {
         lane_by_lane(left, right, |left, right| left * right)
+    }
+    #[inline(always)]
+    fn mul_add_f64s(self, left: Self::f64s, right: Self::f64s, sum: Self::f64s) -> Self::f64s {
+        core::array::from_fn(|lane| libm::fma(left[lane], right[lane], sum[lane]))
     }
     #[inline(always)]
     fn abs_f64s(self, values: Self::f64s) -> Self::f64s {
