@@ -14,14 +14,18 @@ scipy_linalg = optional("scipy.linalg")
 ORDER = 8
 ORDERS = 12
 INPUT_POLE = 0.99
-#: Largest relative difference of the coefficients from those of a full QR factorisation.
+#: Largest relative difference of gtfdi's coefficients from those of a full QR factorisation.
 AGREEMENT = 1e-9
+#: The same of peers: two factorisations of a million rows differ by 1e-9 at a condition of 3e7.
+PEERS_AGREE = 1e-8
+#: Normal equations lose as many digits again as the condition has: from here on they are not timed.
+NORMAL_EQUATIONS_AGREE = 1e-6
 #: Largest relative difference of residual sums of squares from those of separate fits.
 SUMS_AGREE = 1e-9
 
 
 def record(samples, outputs, deviation):
-    """Two slow inputs into outputs with double poles at 0.9 and less: neighbouring lags are alike."""
+    """Two slow inputs into outputs with double poles at 0.9 and less: lags are nearly alike."""
     generator = np.random.default_rng(1)
 
     def double_pole(pole):
@@ -111,7 +115,7 @@ def fits(samples, outputs, deviation):
             tolerance=AGREEMENT,
             note="also standard errors, condition, variances",
         )
-    check = {"error": error, "tolerance": AGREEMENT}
+    check = {"error": error, "tolerance": PEERS_AGREE}
     race.add("numpy.linalg.lstsq", lambda: lstsq(*regressors(u, y)), **check)
     race.add("numpy.linalg.lstsq, regressors formed before", lambda: lstsq(*formed), **check)
     race.add("numpy.linalg.qr", lambda: numpy_qr(*regressors(u, y)), **check)
@@ -126,8 +130,13 @@ def fits(samples, outputs, deviation):
         race.absent("scipy.linalg.qr")
         race.absent("scipy.linalg.lstsq, gelsy")
     wrong = error(normal_equations(*formed))
-    if wrong <= AGREEMENT:
-        race.add("normal equations", lambda: normal_equations(*regressors(u, y)), **check)
+    if wrong <= NORMAL_EQUATIONS_AGREE:
+        race.add(
+            "normal equations",
+            lambda: normal_equations(*regressors(u, y)),
+            error=error,
+            tolerance=NORMAL_EQUATIONS_AGREE,
+        )
     else:
         race.absent("normal equations", f"not timed: the coefficients are off by {wrong:.0e}")
     race.finish()

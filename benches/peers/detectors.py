@@ -17,6 +17,8 @@ STREAMS = 250
 ALLOWANCE, THRESHOLD = 0.5, 14.0
 #: Longest window of the likelihood ratio, and the sizes of its ramps.
 LONGEST, SIZES = 4096, (1e-3, 1e-2)
+#: Samples between the alarms with the mean known and with the running mean.
+ALARMS_NEAR = 10
 #: Largest difference of a sum over the largest sum.
 SUMS_AGREE = 1e-12
 #: The same of likelihood ratios: the running sums begin elsewhere, and differences of them cancel.
@@ -194,6 +196,19 @@ def page_hinkley(residuals):
         work=FEW,
     )
     assert expected is not None and expected > FEW - FEW // 100, "the alarm is not where it was put"
+
+    def with_mean_known():
+        own.reset()
+        return first_above(own.process(few))
+
+    table.add(
+        "gtfdi Cusum.process, mean known",
+        with_mean_known,
+        work=FEW,
+        error=lambda found: abs(found - expected),
+        tolerance=ALARMS_NEAR,
+        note="error: samples between the alarms",
+    )
     # The same sample: there is nothing to tolerate.
     check = {"error": lambda found: 0.0 if found == expected else float("inf"), "tolerance": 0.0}
     numbers = few.tolist()
