@@ -106,6 +106,7 @@ def placement(outputs):
             # The feedback is added there.
             lambda: -slycot.sb01bd(NX, outputs, NX, 0.0, a.T, c.T, poles, "D")[5].T,
             **check,
+            note="makes a warning of a large gain" if outputs == 1 else "",
         )
     else:
         table.absent("slycot.sb01bd")
