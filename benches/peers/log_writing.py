@@ -2,8 +2,8 @@
 
 The peers write numbers as they are. The Python package of gtfdi writes logs of whole runs, not
 single messages. So the log of a run is timed beside peers that write the same numbers; and for
-messages of 28 numbers `LogWriter` in Rust stands for gtfdi, measured by `cargo bench -p gt-log
---bench writing` before and after the peers, in wall time and of another record made by the same rule.
+messages of 28 numbers `LogWriter` in Rust stands for gtfdi, measured before and after the peers by
+`cargo bench -p gt-log --bench writing`, in wall time and of another record made by the same rule.
 """
 
 import os
