@@ -208,6 +208,10 @@ def test_a_million_samples_go_in_without_a_copy():
         taken, residuals = taken_mb(lambda: fleet.process(u[:, :, None], y[:, :, None]))
         assert residuals.shape == (1_000_000, 1, 1)
         assert taken < 12.0, taken
+        observer = gtfdi.observer(model, 0.1)
+        taken, residual = taken_mb(lambda: observer.residual(u, y))
+        assert residual.shape == (1_000_000,)
+        assert taken < 12.0, taken
     """
     done = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(program)], capture_output=True, text=True

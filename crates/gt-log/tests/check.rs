@@ -188,6 +188,11 @@ fn damaged_files() -> Vec<Case> {
         ("empty file", b"".to_vec(), vec!["file - - -"]),
         ("no rows", b"u,y\n".to_vec(), vec!["file - - -"]),
         ("no header", b"1.5,2\n3,4\n".to_vec(), vec!["file 1 - -"]),
+        (
+            "no header, decimal comma",
+            b"0;0,5;0\n1;1,5;0\n".to_vec(),
+            vec!["file 1 - -"],
+        ),
         ("tag twice", b"u,y,u\n1,2,3\n".to_vec(), vec!["file 1 - -"]),
         (
             "bad quality",

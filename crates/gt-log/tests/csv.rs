@@ -214,7 +214,7 @@ fn lines_are_counted_past_quotes_blanks_and_every_line_end() {
 #[test]
 fn files_that_are_no_table_are_named() {
     let y = select(&[], &["y"]);
-    let cases: [(&[u8], &str); 10] = [
+    let cases: [(&[u8], &str); 11] = [
         (b"", "expected a header row of tags, found an empty file"),
         (
             b"\n \n",
@@ -224,6 +224,10 @@ fn files_that_are_no_table_are_named() {
         (
             b"6.41,4.77\n3.41,4.76\n",
             "line 1: expected a header row of tags, found the numbers `6.41,4.77`",
+        ),
+        (
+            b"0;0,5;0\n1;1,5;0\n",
+            "line 1: expected a header row of tags, found the numbers `0;0,5;0`",
         ),
         (
             b"u,y,u\n1,2,3\n",

@@ -254,11 +254,14 @@ fn lines_before_the_header_are_passed_over_when_asked() {
         read(text, header(0)).unwrap_err(),
         "--header-line: expected a line from 1 on, found 0"
     );
-    assert_eq!(
-        read("Report of unit A\n\ntime;y;u\n0;1;2\n", Reading::default()).unwrap_err(),
-        "line 1: expected a header row of tags, found 1 field where line 3 has 3; if that is the \
-         header, give --header-line 3"
-    );
+    for rows in ["0;1;2\n", "0;0,5;2\n1;1,5;2\n"] {
+        let text = format!("Report of unit A\n\ntime;y;u\n{rows}");
+        assert_eq!(
+            read(&text, Reading::default()).unwrap_err(),
+            "line 1: expected a header row of tags, found 1 field where line 3 has 3; if that is \
+             the header, give --header-line 3"
+        );
+    }
 }
 
 #[test]

@@ -312,6 +312,43 @@ fn every_kind_of_log_by_the_foreign_writer_is_sound() {
     }
 }
 
+/// The Python writer points at the groups of attachments and metadata that are not there; a group of
+/// some bytes must be.
+#[test]
+fn offsets_of_nothing_are_sound() {
+    let whole = foreign(mcap::WriteOptions::new(), |writer| {
+        let map = std::collections::BTreeMap::new();
+        let a = writer.add_channel(0, "/a", "json", &map).unwrap();
+        send(writer, a, (0, 0), b"[1, 2, 3]");
+    });
+    // The footer: its kind, its length, two offsets and a checksum; then the magic.
+    let footer = whole.len() - 8 - (1 + 8 + 8 + 8 + 4);
+    assert_eq!(whole[footer], op::FOOTER);
+    let with_offset = |length: u64| {
+        let mut bytes = whole[..footer].to_vec();
+        bytes.push(op::SUMMARY_OFFSET);
+        bytes.extend(17_u64.to_le_bytes());
+        bytes.push(op::METADATA_INDEX);
+        bytes.extend((footer as u64).to_le_bytes());
+        bytes.extend(length.to_le_bytes());
+        bytes.extend(&whole[footer..]);
+        // 0: no checksum of the summary.
+        let checksum = bytes.len() - 8 - 4;
+        bytes[checksum..checksum + 4].fill(0);
+        judge(&bytes)
+    };
+    let found = with_offset(0);
+    assert_eq!(found.problems, []);
+    assert!(found.sound && found.summary);
+    let found = with_offset(5);
+    assert_eq!(
+        texts(&found, ProblemKind::Index),
+        [format!(
+            "no 5 bytes of records of the kind 0x0d at {footer}"
+        )]
+    );
+}
+
 /// The conformance files of MCAP (foxglove/mcap, tests/conformance): all are sound.
 #[test]
 fn published_conformance_files_are_sound() {

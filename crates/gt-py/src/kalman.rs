@@ -39,7 +39,8 @@ impl PyKalmanFilter {
 impl PyKalmanFilter {
     /// The innovations of a record, an array (N, ny) in the units of the outputs, from the initial
     /// state zero; the first ``settle_samples`` of them hold the initial transient. A sample
-    /// without a valid input or output gives NaN.
+    /// without a valid input or output gives NaN. C-contiguous float64 arrays are read where they
+    /// are.
     ///
     /// Examples
     /// --------
@@ -51,11 +52,8 @@ impl PyKalmanFilter {
         u: &Bound<'py, PyAny>,
         y: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyArray2<f64>>, Failure> {
-        let model = self.inner.model();
-        let given = Given::new(u, y)?;
-        let data = given.known(model.inputs(), model.outputs(), model.sample_time_s())?;
-        let residuals = u.py().detach(|| self.inner.residuals(&data))?;
-        Ok(samples_out(u.py(), residuals)?)
+        let innovations = Given::new(u, y)?.residuals(u.py(), &self.inner)?;
+        Ok(samples_out(u.py(), innovations)?)
     }
 
     /// Filters a record: innovations and states of every sample.

@@ -26,7 +26,7 @@ pub struct PyObserver {
 impl PyObserver {
     /// The residual of a record, an array (N,), from the initial state zero; the first
     /// ``settle_samples`` of it hold the initial transient. A sample without a valid input or
-    /// output gives NaN.
+    /// output gives NaN. C-contiguous float64 arrays are read where they are.
     ///
     /// Examples
     /// --------
@@ -38,12 +38,10 @@ impl PyObserver {
         u: &Bound<'py, PyAny>,
         y: Option<&Bound<'py, PyAny>>,
     ) -> Result<Bound<'py, PyArray1<f64>>, Failure> {
-        let model = self.inner.model();
-        let given = Given::new(u, y)?;
-        let data = given.known(model.inputs(), model.outputs(), model.sample_time_s())?;
-        let residual = u.py().detach(|| self.inner.residuals(&data))?;
+        let residual = Given::new(u, y)?.residuals(u.py(), &self.inner)?;
         // One output: a row, which lies in memory as an array does.
-        Ok(PyArray1::from_slice(u.py(), residual.as_slice()))
+        let values: Vec<f64> = residual.data.into();
+        Ok(PyArray1::from_vec(u.py(), values))
     }
 
     /// The gain K, an array (nx,).

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use gtfdi::core::{Dataset, Signal};
+use gtfdi::core::{Dataset, DimensionError, Signal};
+use gtfdi::fdi::ResidualGenerator;
+use nalgebra::DMatrix;
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
 
-use crate::array::samples;
+use crate::array::{Samples, samples};
 use crate::dataset::{Names, PyDataset, names, signals};
 use crate::error::Failure;
 
@@ -81,6 +83,28 @@ impl<'py> Given<'py> {
                 )?))
             }
         }
+    }
+
+    /// What a generator makes of the record: arrays are read where they are.
+    pub fn residuals(
+        self,
+        py: Python<'_>,
+        generator: &ResidualGenerator,
+    ) -> Result<DMatrix<f64>, Failure> {
+        let (u, y) = match self {
+            Self::Arrays(u, y) => (Samples::new(&u, "u")?, Samples::new(&y, "y")?),
+            record @ Self::Record(_) => {
+                let model = generator.model();
+                let data = record.known(model.inputs(), model.outputs(), model.sample_time_s())?;
+                return Ok(py.detach(|| generator.residuals(&data))?);
+            }
+        };
+        let model = generator.model();
+        DimensionError::check("rows of u (inputs)", model.nu(), u.channels())?;
+        DimensionError::check("rows of y (outputs)", model.ny(), y.channels())?;
+        DimensionError::check("columns of y (samples)", u.count(), y.count())?;
+        let (u, y) = (u.values()?, y.values()?);
+        Ok(py.detach(|| generator.residuals_of(u, y))?)
     }
 
     /// The record for something that takes its channels from it: a `Dataset` is narrowed to the

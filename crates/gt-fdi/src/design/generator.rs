@@ -11,7 +11,7 @@ use super::observer::check_single_output;
 use super::placement::PlacedPoles;
 use super::settling::{settling, spectral_radius};
 use crate::FdiError;
-use crate::runtime::{Fleet, Generator, Matrices};
+use crate::runtime::{Fleet, Generator, Matrices, Rows};
 
 /// The share of an initial state error below which a generator has settled.
 pub const SETTLE_LEVEL: f64 = 1e-4;
@@ -267,6 +267,23 @@ impl ResidualGenerator {
             generator.run(u, y, own.unwrap_or_default());
             begin += len;
         }
+        Ok(residuals)
+    }
+
+    /// As [`ResidualGenerator::residuals`], of inputs `u (nu x N)` and outputs `y (ny x N)` sample
+    /// after sample in the order of the model's signals, which are read where they are.
+    ///
+    /// # Errors
+    /// [`DimensionError`] when `y` is no whole number of samples or `u` has not as many.
+    pub fn residuals_of(&self, u: &[f64], y: &[f64]) -> Result<DMatrix<f64>, DimensionError> {
+        let (nu, ny) = (self.model.nu(), self.model.ny());
+        let samples = y.len() / ny;
+        DimensionError::check("numbers in y (outputs x samples)", samples * ny, y.len())?;
+        DimensionError::check("numbers in u (inputs x samples)", samples * nu, u.len())?;
+        let mut residuals = DMatrix::zeros(ny, samples);
+        let (u, y) = (Rows::new(u, nu), Rows::new(y, ny));
+        self.runtime((0..nu).collect())
+            .run(u, y, residuals.as_mut_slice());
         Ok(residuals)
     }
 

@@ -167,7 +167,8 @@ impl Work for Samples<'_> {
         macro_rules! of_sizes {
             ($inputs:tt; $($nx:literal)*) => {
                 match self.fleet.nx {
-                    _ if self.fleet.horizon == 0 => self.take_one_by_one(),
+                    // Without wide registers there is nothing to win.
+                    _ if self.fleet.horizon == 0 || S::F64_LANES == 1 => self.take_one_by_one(),
                     $($nx => of_sizes!(@ $nx $inputs),)*
                     _ => self.take_one_by_one(),
                 }
@@ -181,7 +182,7 @@ impl Work for Samples<'_> {
                 }
             };
         }
-        of_sizes!((1 2 3 4); 1 2 3 4 5 6 7 8 9 10 11 12);
+        of_sizes!((1 2 3); 1 2 3 4 5 6 7 8 9 10 11 12);
     }
 }
 

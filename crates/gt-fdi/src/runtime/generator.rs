@@ -13,21 +13,23 @@ use super::wide::{Simd, Wide, Work};
 /// Samples of one generator that are looked at together: a closer look at one is one at all of them.
 const BLOCK: usize = 32;
 
-/// Does `work` with the numbers of inputs and outputs as constants, `other` where there are more than
-/// four.
+/// Does `work`, in registers of `S`, with the numbers of inputs and outputs as constants, up to four of
+/// each.
 macro_rules! of_sizes {
-    ($sizes:expr, $nu:ident, $ny:ident, $work:expr, $other:expr) => {
-        of_sizes!(@ $sizes, $nu, $ny, $work, $other, (1 1)(1 2)(1 3)(1 4)(2 1)(2 2)(2 3)(2 4)(3 1)(3 2)
-            (3 3)(3 4)(4 1)(4 2)(4 3)(4 4))
+    ($sizes:expr, $nu:ident, $ny:ident, $work:expr) => {
+        of_sizes!(@ $sizes, $nu, $ny, $work, (1 1)(1 2)(1 3)(1 4)(2 1)(2 2)(2 3)(2 4)(3 1)(3 2)(3 3)(3 4)
+            (4 1)(4 2)(4 3)(4 4))
     };
-    (@ $sizes:expr, $nu:ident, $ny:ident, $work:expr, $other:expr, $(($inputs:literal $outputs:literal))*) => {
+    (@ $sizes:expr, $nu:ident, $ny:ident, $work:expr, $(($inputs:literal $outputs:literal))*) => {
         match $sizes {
+            // Without wide registers there is nothing to win.
+            _ if S::F64_LANES == 1 => {}
             $(($inputs, $outputs) => {
                 const $nu: usize = $inputs;
                 const $ny: usize = $outputs;
                 $work
             })*
-            _ => $other,
+            _ => {}
         }
     };
 }
@@ -372,8 +374,7 @@ impl Work for One<'_> {
                 *residuals = found;
                 generator.x[0] = next;
                 return Update::Residual;
-            },
-            {}
+            }
         );
         generator.step_in(simd, sample, first, self.residuals)
     }
@@ -427,8 +428,7 @@ impl Work for Many<'_> {
                     if done {
                         generator.x[0] = x;
                     }
-                },
-                {}
+                }
             );
             if !done {
                 let own = residuals.chunks_exact_mut(sizes.1.max(1)).enumerate();

@@ -86,7 +86,7 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
         for output in 0..NY {
             dy[output] = y[output] - self.y0[output];
             residuals[output] = dy[output] - of_state[output] - of_inputs[output];
-            sizes.of_outputs += dy[output] * dy[output] + residuals[output] * residuals[output];
+            sizes.of_residuals += residuals[output] * residuals[output];
         }
         let mut next = [0.0; LANES];
         for (register, next) in registers_mut::<S>(&mut next).iter_mut().enumerate() {
@@ -102,10 +102,11 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
     }
 }
 
-/// The sums of the squares of outputs, residuals and states: they are safe when all are, and NaN or
-/// infinite when one is.
+/// The sums of the squares of residuals and states: they are safe when all are, and NaN or infinite
+/// when one is. An output that is not safe shows in its residual or, where an input hides it there, in
+/// the state that both drive.
 struct Sizes<S: Simd> {
-    of_outputs: f64,
+    of_residuals: f64,
     of_state: S::f64s,
 }
 
@@ -113,14 +114,14 @@ impl<S: Simd> Sizes<S> {
     #[inline(always)]
     fn none(simd: S) -> Self {
         Self {
-            of_outputs: 0.0,
+            of_residuals: 0.0,
             of_state: simd.splat_f64s(0.0),
         }
     }
 
     #[inline(always)]
     fn are_safe(&self, simd: S) -> bool {
-        self.of_outputs + simd.reduce_sum_f64s(self.of_state) <= SAFE
+        self.of_residuals + simd.reduce_sum_f64s(self.of_state) <= SAFE
     }
 }
 

@@ -1,6 +1,6 @@
 //! One generator on many streams: the same bits as on each by itself.
 
-use gt_core::{OperatingPoint, Signal, StateSpace};
+use gt_core::{DimensionError, OperatingPoint, Signal, StateSpace};
 use gt_fdi::design::{NoiseCovariance, ResidualGenerator};
 use gt_fdi::runtime::{Cusum, CusumFleet, Fleet, FleetError, Sides, Statistic};
 use nalgebra::{DMatrix, DVector};
@@ -8,7 +8,8 @@ use proptest::prelude::*;
 
 use crate::fixtures::{TS, canonical, noise, plain_generator};
 
-/// The generator alone on the stream `stream` of `streams`.
+/// The generator alone on the stream `stream` of `streams`: from a record, from one with its channels
+/// elsewhere, and from numbers, which are the same bits.
 #[allow(clippy::unwrap_used)] // part of the tests below
 fn alone(
     generator: &ResidualGenerator,
@@ -28,8 +29,19 @@ fn alone(
     };
     let signals = (generator.inputs().to_vec(), generator.outputs().to_vec());
     let data = gt_core::Dataset::new(signals.0, signals.1, own(u, nu), own(y, ny), TS).unwrap();
-    let residuals = generator.residuals(&data).unwrap();
-    residuals.iter().map(|value| value.to_bits()).collect()
+    let bits = |residuals: DMatrix<f64>| -> Vec<u64> {
+        residuals.iter().map(|value| value.to_bits()).collect()
+    };
+    let residuals = bits(generator.residuals(&data).unwrap());
+    let reversed = |signals: &[Signal]| -> Vec<String> {
+        signals.iter().rev().map(|own| own.name.clone()).collect()
+    };
+    let (inputs, outputs) = (reversed(data.outputs()), reversed(data.inputs()));
+    let elsewhere = data.select(&inputs, &outputs).unwrap();
+    assert_eq!(residuals, bits(generator.residuals(&elsewhere).unwrap()));
+    let (u, y) = (data.u().as_slice(), data.y().as_slice());
+    assert_eq!(residuals, bits(generator.residuals_of(u, y).unwrap()));
+    residuals
 }
 
 /// A generator with `ny` outputs and `nx` states: in canonical form with one output, else a Kalman
@@ -38,8 +50,8 @@ fn generator(nx: usize, ny: usize, seed: u64) -> Option<ResidualGenerator> {
     let draws = noise(seed, 2 * nx * (nx + ny + 2) + 2 * ny);
     let poles: Vec<f64> = draws.iter().take(nx).map(|draw| draw.tanh()).collect();
     let point = OperatingPoint {
-        u: DVector::from_vec(vec![3.0, -1.0]),
-        y: DVector::from_element(ny, 10.0),
+        u: DVector::from_vec(vec![3.0, 0.0]),
+        y: DVector::from_element(ny, if seed % 2 == 0 { 10.0 } else { 0.0 }),
     };
     let b = DMatrix::from_column_slice(nx, 2, &draws[nx..3 * nx]);
     if ny == 1 {
@@ -58,6 +70,23 @@ fn generator(nx: usize, ny: usize, seed: u64) -> Option<ResidualGenerator> {
     let identity = |size| DMatrix::identity(size, size);
     let noise = NoiseCovariance::new(&identity(nx), &identity(ny), &DMatrix::zeros(nx, ny)).ok()?;
     ResidualGenerator::kalman(model, point, noise).ok()
+}
+
+#[test]
+fn numbers_that_are_no_whole_samples_are_refused() {
+    let generator = generator(3, 2, 1).unwrap();
+    for (u, y, expected, what) in [
+        (4, 5, 4, "numbers in y (outputs x samples)"),
+        (5, 4, 4, "numbers in u (inputs x samples)"),
+    ] {
+        let found = generator.residuals_of(&vec![0.0; u], &vec![0.0; y]);
+        let error = DimensionError {
+            what: what.to_owned(),
+            expected,
+            found: 5,
+        };
+        assert_eq!(found, Err(error));
+    }
 }
 
 /// A value that upsets a generator, by its number.

@@ -6,7 +6,7 @@ use std::path::Path;
 use gt_core::Signal;
 
 use super::number::{Numerals, is_decimal};
-use super::rows::{Rows, delimiter, lines, outside_quotes};
+use super::rows::{Rows, delimiter, is_plain_number, lines, outside_quotes};
 use super::sheet::{Cell, Sheet};
 use super::{Decimal, Reading, ReadingError, Warning};
 use crate::{LogError, Place};
@@ -51,7 +51,7 @@ impl<'a> CsvSheet<'a> {
     ) -> Result<Self, LogError> {
         let mut dialect = Dialect::of(path, bytes, reading)?;
         let mut rows = dialect.rows(path);
-        let (line, mut header) = header(path, &mut rows)?;
+        let (line, mut header) = header(path, &mut rows, dialect.delimiter)?;
         if reading.header_line.is_none() {
             dialect.check_preamble(path, line, header.len())?;
         }
@@ -179,8 +179,11 @@ impl<'a> Dialect<'a> {
             let text = lines(self.body).find(|(number, ..)| *number == pair[0].0);
             let text = text.map(|(.., text)| text).unwrap_or_default();
             let mut cells = text.split(|&byte| byte == pair[0].1);
-            let parse = |cell: &[u8]| std::str::from_utf8(cell).ok()?.trim().parse::<f64>().ok();
-            !cells.all(|cell| parse(cell).is_some())
+            let is_number = |cell: &[u8]| {
+                let cell = std::str::from_utf8(cell).ok().map(str::trim);
+                cell.is_some_and(|cell| is_plain_number(cell, pair[0].1))
+            };
+            !cells.all(is_number)
         });
         match guess {
             None => Ok(()),
@@ -280,17 +283,17 @@ fn start_of(bytes: &[u8], wanted: u64) -> Result<(u64, usize), ReadingError> {
 }
 
 /// The tags and their line; an unnamed column has an empty one.
-fn header(path: &Path, rows: &mut Rows<'_>) -> Result<(u64, Vec<Signal>), LogError> {
+fn header(path: &Path, rows: &mut Rows<'_>, delimiter: u8) -> Result<(u64, Vec<Signal>), LogError> {
     let Some(line) = rows.first()? else {
         return Err(LogError::Empty {
             path: path.to_owned(),
         });
     };
     let tags: Vec<&str> = rows.record().iter().map(bare).collect();
-    let is_number = |tag: &&str| tag.parse::<f64>().is_ok();
+    let is_number = |tag: &&str| is_plain_number(tag, delimiter);
     // Plain integers may be names (`0,1,2` is what some tools write).
     if tags.iter().all(is_number) && tags.iter().any(|tag| tag.parse::<i64>().is_err()) {
-        let found = tags.join(",");
+        let found = tags.join(&char::from(delimiter).to_string());
         return Err(LogError::HeaderOfNumbers {
             path: path.to_owned(),
             line,

@@ -152,9 +152,23 @@ pub(crate) fn outside_quotes(line: &[u8], wanted: u8) -> usize {
     count
 }
 
-/// The delimiter of a header: a comma, unless it has none: then a semicolon or a tab.
+/// The delimiter of a header: a comma, unless it has none, or none but decimal ones beside another:
+/// then a semicolon or a tab.
 pub(crate) fn delimiter(header: &[u8]) -> Option<u8> {
-    [b',', b';', b'\t']
-        .into_iter()
-        .find(|&byte| outside_quotes(header, byte) > 0)
+    let stands = |&byte: &u8| outside_quotes(header, byte) > 0;
+    let other = [b';', b'\t'].into_iter().find(stands);
+    let is_digit = |place: usize| header.get(place).is_some_and(u8::is_ascii_digit);
+    let mut commas = (0..header.len()).filter(|&place| header[place] == b',');
+    let decimal = commas.all(|place| place > 0 && is_digit(place - 1) && is_digit(place + 1));
+    match other {
+        Some(other) if decimal => Some(other),
+        _ if stands(&b',') => Some(b','),
+        other => other,
+    }
+}
+
+/// Whether a cell of a header is a number, with a decimal comma where none stands between cells.
+pub(crate) fn is_plain_number(cell: &str, delimiter: u8) -> bool {
+    cell.parse::<f64>().is_ok()
+        || delimiter != b',' && cell.replacen(',', ".", 1).parse::<f64>().is_ok()
 }

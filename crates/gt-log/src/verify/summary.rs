@@ -85,7 +85,9 @@ impl Summary {
         }
         for (offset, own) in &self.offsets {
             let said = (own.group_opcode, own.group_start, own.group_length);
-            if !self.groups.contains(&said) {
+            // Some writers also point at the groups of which there is none.
+            let nothing = own.group_length == 0 && starts(own.group_opcode).is_none();
+            if !nothing && !self.groups.contains(&said) {
                 let text = format!(
                     "no {} bytes of records of the kind 0x{:02x} at {}",
                     own.group_length, own.group_opcode, own.group_start
