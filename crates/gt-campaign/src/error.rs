@@ -176,19 +176,30 @@ pub(crate) trait During<T> {
 }
 
 macro_rules! during {
-    ($source:ty, $variant:ident) => {
+    ($source:ty, $variant:ident $(, $stopped:pat)?) => {
         impl<T> During<T> for Result<T, $source> {
             fn during(self, what: &str) -> Result<T, CampaignError> {
-                self.map_err(|source| CampaignError::$variant {
-                    what: what.to_owned(),
-                    source,
+                self.map_err(|source| match source {
+                    $($stopped => CampaignError::Stopped { done: 0, total: 0 },)?
+                    source => CampaignError::$variant {
+                        what: what.to_owned(),
+                        source,
+                    },
                 })
             }
         }
     };
 }
 
-during!(gtfdi::plant::PlantError, Plant);
+during!(
+    gtfdi::plant::PlantError,
+    Plant,
+    gtfdi::plant::PlantError::Stopped(_)
+);
 during!(gtfdi::core::DataError, Data);
-during!(gtfdi::ident::IdentError, Ident);
-during!(gtfdi::fdi::FdiError, Fdi);
+during!(
+    gtfdi::ident::IdentError,
+    Ident,
+    gtfdi::ident::IdentError::Stopped(_)
+);
+during!(gtfdi::fdi::FdiError, Fdi, gtfdi::fdi::FdiError::Stopped(_));

@@ -176,7 +176,9 @@ impl PyBank {
     ) -> Result<PyDetection, Failure> {
         let data = self.data(u, y)?;
         let bank = Arc::clone(&self.inner);
-        let inner = interruptible(u.py(), move |_| Ok(bank.run(&data)?))?;
+        let inner = interruptible(u.py(), move |abandoned| {
+            Ok(bank.run_until(&data, abandoned)?)
+        })?;
         Ok(PyDetection { inner })
     }
 
@@ -205,9 +207,9 @@ impl PyBank {
     ) -> Result<(), Failure> {
         let data = self.data(u, y)?;
         let bank = Arc::clone(&self.inner);
-        interruptible(u.py(), move |_| {
+        interruptible(u.py(), move |abandoned| {
             let data = data.select(&bank.inputs(), &bank.outputs())?;
-            let run = bank.run(&data)?;
+            let run = bank.run_until(&data, abandoned)?;
             Ok(write_verdicts(
                 &path,
                 &bank,

@@ -1,12 +1,13 @@
 //! `write_report`: a page about a model, or about what a detector finds in a record.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use gt_campaign::report::Document;
 use gt_campaign::reports::{
     ModelReport, Provenance, detection_report, isolation_report, model_report,
 };
-use gtfdi::core::{Dataset, Signal};
+use gtfdi::core::{Dataset, Signal, Stop as _};
 use gtfdi::ident::eiv::EivModel;
 use gtfdi::ident::{ArxModel, Start, ValidationOptions, validate_records};
 use nalgebra::DMatrix;
@@ -17,6 +18,7 @@ use crate::arx_model::PyArxModel;
 use crate::bank::PyBank;
 use crate::eiv_model::PyEivModel;
 use crate::error::Failure;
+use crate::interrupt::{Abandoned, interruptible};
 use crate::isolator::PyIsolator;
 use crate::record::Given;
 
@@ -78,53 +80,62 @@ pub fn write_report(
     y: Option<&Bound<'_, PyAny>>,
 ) -> Result<(), Failure> {
     let given = Given::new(u, y)?;
-    let provenance = Provenance::default();
-    let document = match &subject {
+    match &subject {
         Subject::Bank(bank) => {
-            let bank = &bank.get().inner;
+            let bank = Arc::clone(&bank.get().inner);
             let data = narrowed(given, &bank.inputs(), &bank.outputs(), bank.sample_time_s())?;
-            py.detach(|| -> Result<_, Failure> {
-                let run = bank.run(&data)?;
-                Ok(detection_report(bank, &data, &run, &provenance))
-            })?
+            interruptible(py, move |abandoned| {
+                let run = bank.run_until(&data, abandoned)?;
+                let document = detection_report(&bank, &data, &run, &Provenance::default());
+                write(&document, &folder, abandoned)
+            })
         }
         Subject::Isolator(isolator) => {
-            let isolator = &isolator.get().inner;
+            let isolator = Arc::clone(&isolator.get().inner);
             let (inputs, outputs) = (isolator.inputs(), isolator.outputs());
             let data = narrowed(given, &inputs, &outputs, isolator.sample_time_s())?;
-            py.detach(|| isolation_report(isolator, &data, &provenance))?
+            interruptible(py, move |abandoned| {
+                let document =
+                    isolation_report(&isolator, &data, &Provenance::default(), abandoned)?;
+                write(&document, &folder, abandoned)
+            })
         }
         Subject::Fit(fit) => {
             let fit = fit.get();
             let about = About {
-                model: &fit.model,
+                model: fit.model.clone(),
                 method: "arx",
                 noise: None,
-                covariances: Some(&fit.covariance),
+                covariances: Some(fit.covariance.clone()),
             };
-            about.document(py, given, &provenance)?
+            about.write(py, given, folder)
         }
         Subject::Arx(model) => {
             let about = About {
-                model: &model.get().inner,
+                model: model.get().inner.clone(),
                 method: "arx",
                 noise: None,
                 covariances: None,
             };
-            about.document(py, given, &provenance)?
+            about.write(py, given, folder)
         }
         Subject::Eiv(model) => {
             let noise = &model.get().inner;
             let about = About {
-                model: noise.relation(),
+                model: noise.relation().clone(),
                 method: "eiv",
-                noise: Some(noise),
+                noise: Some(noise.clone()),
                 covariances: None,
             };
-            about.document(py, given, &provenance)?
+            about.write(py, given, folder)
         }
-    };
-    Ok(py.detach(|| document.write(&folder))?)
+    }
+}
+
+/// Writes a report, unless nobody waits for it any more.
+fn write(document: &Document, folder: &Path, abandoned: &Abandoned) -> Result<(), Failure> {
+    abandoned.check()?;
+    Ok(document.write(folder)?)
 }
 
 /// The record for a detector, which knows its channels by name alone.
@@ -142,48 +153,46 @@ fn narrowed(
 }
 
 /// A model with what its kind knows of it.
-struct About<'a> {
-    model: &'a ArxModel,
+struct About {
+    model: ArxModel,
     method: &'static str,
-    noise: Option<&'a EivModel>,
-    covariances: Option<&'a [DMatrix<f64>]>,
+    noise: Option<EivModel>,
+    covariances: Option<Vec<DMatrix<f64>>>,
 }
 
-impl About<'_> {
-    fn document(
-        &self,
-        py: Python<'_>,
-        given: Given<'_>,
-        provenance: &Provenance,
-    ) -> Result<gt_campaign::report::Document, Failure> {
-        let model = self.model;
+impl About {
+    fn write(self, py: Python<'_>, given: Given<'_>, folder: PathBuf) -> Result<(), Failure> {
+        let model = &self.model;
         let data = given.known(model.inputs(), model.outputs(), model.sample_time_s())?;
         // Noise on the first samples would ring through a run that takes them as they are.
         let start = match self.noise {
             Some(_) => Start::Fitted,
             None => Start::Measured,
         };
-        py.detach(|| {
+        interruptible(py, move |abandoned| {
             let options = ValidationOptions {
                 start,
-                residual_tests: self.noise.is_none(),
+                // The page tests them.
+                residual_tests: false,
                 ..ValidationOptions::default()
             };
             let records: [&Dataset; 1] = [&data];
-            let scores = validate_records(model, &records, options)?;
+            let scores = validate_records(&self.model, &records, options)?;
+            abandoned.check()?;
             let report = ModelReport {
-                model,
+                model: &self.model,
                 method: self.method,
-                noise: self.noise,
-                covariances: self.covariances,
-                train_samples: model.rows_used(),
+                noise: self.noise.as_ref(),
+                covariances: self.covariances.as_deref(),
+                train_samples: self.model.rows_used(),
                 validation: &records,
                 scores: &scores,
                 start,
                 orders: None,
                 findings: Vec::new(),
             };
-            Ok(model_report(&report, provenance))
+            let document = model_report(&report, &Provenance::default(), abandoned)?;
+            write(&document, &folder, abandoned)
         })
     }
 }

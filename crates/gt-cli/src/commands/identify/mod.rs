@@ -14,7 +14,7 @@ mod structure;
 
 use gt_campaign::reports::{ModelReport, model_report};
 use gt_log::{LogError, ModelFile, ModelKind, write_json};
-use gtfdi::core::Dataset;
+use gtfdi::core::{Dataset, Never};
 use gtfdi::ident::constrained::ConstrainedRow;
 use gtfdi::ident::eiv::EivModel;
 use gtfdi::ident::output_error::RefinedOutput;
@@ -126,7 +126,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         let files = files.map(|own| (own.data.as_path(), Some(own.input_sha256.as_str())));
         let source = provenance(files, "identify", &args, &warnings)?;
         let page = page(&identified, method, &records, &validation, &scores, start);
-        Ok(model_report(&page, &source))
+        model_report(&page, &source, &Never).map_err(Failure::failed)
     })?;
     let spectral_radius = model
         .state_space()
