@@ -1284,6 +1284,8 @@ class Bank:
     @property
     def outputs(self) -> list[str]: ...
     @property
+    def output_units(self) -> list[str]: ...
+    @property
     def sample_time_s(self) -> float: ...
     @property
     def tests(self) -> list[str]: ...
@@ -1679,6 +1681,8 @@ def write_report(
     subject: Bank | Isolator | ArxFit | ArxModel | EivModel,
     u: _Record,
     y: ArrayLike | None = None,
+    *,
+    orders: OrderTable | EivOrderTable | None = None,
 ) -> None: ...
 def read(
     path: _Path,

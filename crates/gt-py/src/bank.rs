@@ -103,6 +103,14 @@ impl PyBank {
         self.inner.outputs()
     }
 
+    /// Units of the outputs, in the same order; empty where none was given.
+    #[getter]
+    fn output_units(&self) -> Vec<&str> {
+        let generators = self.inner.generators().iter();
+        let signals = generators.flat_map(ResidualGenerator::outputs);
+        signals.map(|signal| signal.unit.as_str()).collect()
+    }
+
     /// Names of the tests: that of the output where a test watches one.
     #[getter]
     fn tests(&self) -> Vec<String> {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use gt_campaign::report::Document;
 use gt_campaign::reports::{
-    ModelReport, Provenance, detection_report, isolation_report, model_report,
+    ModelReport, OrderComparison, Provenance, detection_report, isolation_report, model_report,
 };
 use gtfdi::core::{Dataset, Signal, Stop as _};
 use gtfdi::ident::eiv::EivModel;
@@ -17,9 +17,11 @@ use crate::arx_fit::PyArxFit;
 use crate::arx_model::PyArxModel;
 use crate::bank::PyBank;
 use crate::eiv_model::PyEivModel;
+use crate::eiv_order_table::PyEivOrderTable;
 use crate::error::Failure;
 use crate::interrupt::{Abandoned, interruptible};
 use crate::isolator::PyIsolator;
+use crate::order_table::PyOrderTable;
 use crate::record::Given;
 
 /// What a report is about.
@@ -42,6 +44,26 @@ pub enum Subject<'py> {
     Eiv(Bound<'py, PyEivModel>),
 }
 
+/// What the orders were compared by.
+#[derive(FromPyObject)]
+pub enum Orders<'py> {
+    /// Least squares.
+    #[pyo3(annotation = "OrderTable")]
+    Arx(Bound<'py, PyOrderTable>),
+    /// Errors in variables.
+    #[pyo3(annotation = "EivOrderTable")]
+    Eiv(Bound<'py, PyEivOrderTable>),
+}
+
+impl Orders<'_> {
+    fn comparison(&self) -> OrderComparison {
+        match self {
+            Self::Arx(table) => OrderComparison::Arx(table.get().inner.clone()),
+            Self::Eiv(table) => OrderComparison::Eiv(table.get().inner.clone()),
+        }
+    }
+}
+
 /// Writes a report into a folder: ``index.html``, which needs nothing else and asks for no network,
 /// and each of its charts as SVG and CSV below ``figures``.
 ///
@@ -58,9 +80,14 @@ pub enum Subject<'py> {
 ///     What the report is about.
 /// u, y
 ///     The record: a Dataset, or arrays with the channels of ``subject``.
+/// orders : OrderTable or EivOrderTable, optional
+///     The orders that a model's was chosen among: shown as a table and a chart, with the order that
+///     its criterion takes.
 ///
 /// Raises
 /// ------
+/// OptionError
+///     ``orders`` for a bank or an isolator.
 /// DataError, DesignError, IdentError
 ///     A record that does not fit.
 /// LogError
@@ -71,14 +98,24 @@ pub enum Subject<'py> {
 /// >>> gtfdi.write_report("report", model, run.measured)
 /// >>> gtfdi.write_report("found", bank, run.measured)
 #[pyfunction]
-#[pyo3(signature = (folder, subject, u, y=None))]
+#[pyo3(signature = (folder, subject, u, y=None, *, orders=None))]
 pub fn write_report(
     py: Python<'_>,
     folder: PathBuf,
     subject: Subject<'_>,
     u: &Bound<'_, PyAny>,
     y: Option<&Bound<'_, PyAny>>,
+    orders: Option<Orders<'_>>,
 ) -> Result<(), Failure> {
+    let orders = orders.map(|orders| orders.comparison());
+    let is_model = !matches!(subject, Subject::Bank(_) | Subject::Isolator(_));
+    if orders.is_some() && !is_model {
+        return Err(Failure::Option {
+            option: "orders",
+            expected: "a model that they are of".to_owned(),
+            found: "a detector".to_owned(),
+        });
+    }
     let given = Given::new(u, y)?;
     match &subject {
         Subject::Bank(bank) => {
@@ -107,6 +144,7 @@ pub fn write_report(
                 method: "arx",
                 noise: None,
                 covariances: Some(fit.covariance.clone()),
+                orders,
             };
             about.write(py, given, folder)
         }
@@ -116,6 +154,7 @@ pub fn write_report(
                 method: "arx",
                 noise: None,
                 covariances: None,
+                orders,
             };
             about.write(py, given, folder)
         }
@@ -126,6 +165,7 @@ pub fn write_report(
                 method: "eiv",
                 noise: Some(noise.clone()),
                 covariances: None,
+                orders,
             };
             about.write(py, given, folder)
         }
@@ -158,6 +198,7 @@ struct About {
     method: &'static str,
     noise: Option<EivModel>,
     covariances: Option<Vec<DMatrix<f64>>>,
+    orders: Option<OrderComparison>,
 }
 
 impl About {
@@ -188,7 +229,7 @@ impl About {
                 validation: &records,
                 scores: &scores,
                 start,
-                orders: None,
+                orders: self.orders.as_ref().map(OrderComparison::shown),
                 findings: Vec::new(),
             };
             let document = model_report(&report, &Provenance::default(), abandoned)?;
