@@ -78,15 +78,17 @@ def test_residuals_have_limits_alarms_and_the_onset(bank, faulty):
         assert list(lines["limit"].get_ydata()) == [test["limit"]] * 2
         assert list(lines["_limit below"].get_ydata()) == [-test["limit"]] * 2
         assert list(lines["onset"].get_xdata()) == [ONSET_S] * 2
-        assert ax.get_ylabel() == f"residual {test['output']}"
+        unit = {"q_c": "N m", "t3": "K", "p7": "Pa", "m9": "kg/s"}[test["output"]]
+        assert ax.get_ylabel() == f"residual {test['output']} ({unit})"
     own = [alarm["time_s"] for alarm in detection.alarms if alarm["tag"] == "t3"]
     assert own
     marked = [line.get_xdata()[0] for label, line in labels(axes[1]).items() if "alarm" in label]
     assert marked[0] == own[0]
     assert len(axes[1].patches) == len(own)
     assert not axes[0].patches
-    # Without the bank nobody knows the limits.
-    assert "limit" not in labels(gtfdi.plot.residuals(detection)[0])
+    # Without the bank nobody knows the limits and the units.
+    ax, *_ = gtfdi.plot.residuals(detection)
+    assert "limit" not in labels(ax) and ax.get_ylabel() == f"residual {detection.outputs[0]}"
 
 
 def test_statistics_have_their_limits(bank, faulty):

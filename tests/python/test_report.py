@@ -41,6 +41,29 @@ def test_a_fit_has_bands_and_a_model_alone_has_none(tmp_path, random_record):
         assert f"<td>{fits['fit_prediction_percent']:.2f}</td>" in html
 
 
+def test_orders_are_compared(tmp_path, random_record):
+    _, u, y = random_record(3, nx=2, nu=1, samples=600)
+    y = y + 0.1 * np.random.default_rng(4).standard_normal(y.shape)
+    model = gtfdi.arx(u, y, order=2)
+    tables = {"MDL": gtfdi.order_table(u, y, (1, 4)), "BIC": gtfdi.eiv_order_table(u, y, (1, 2))}
+    for criterion, orders in tables.items():
+        gtfdi.write_report(tmp_path / criterion, model, u, y, orders=orders)
+        html = page(tmp_path / criterion)
+        (chart,) = [own for own in charts(html) if own["x_label"] == "order"]
+        assert [curve["label"] for curve in chart["curves"]] == [criterion, "AIC"]
+        best = orders.best[criterion.lower()]
+        assert chart["marks"] == [[best, f"order {best}"]]
+        # To the precision of single numbers, which is enough for a curve.
+        wanted = [row[criterion.lower()] for row in orders]
+        assert np.allclose(chart["curves"][0]["y"], wanted, rtol=1e-6)
+        assert all(f"<td>{row['aic']:.1f}</td>" in html for row in orders)
+    gtfdi.write_report(tmp_path / "none", model, u, y)
+    assert "Orders compared" not in page(tmp_path / "none")
+    bank = gtfdi.design(model, [gtfdi.Dataset(u, y, 1.0)], margin=1.2)
+    with pytest.raises(gtfdi.OptionError, match="^option orders: expected a model .*, found a detect"):
+        gtfdi.write_report(tmp_path / "bank", bank, u, y, orders=orders)
+
+
 def test_noise_is_shown(tmp_path):
     generator = np.random.default_rng(5)
     u, y = np.zeros((2, 1500))

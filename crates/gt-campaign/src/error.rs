@@ -120,6 +120,27 @@ pub enum CampaignError {
         /// Why not.
         reason: String,
     },
+    /// Another process made something else of a chunk than its rows.
+    #[error("expected the rows of chunk {chunk} of this campaign, found {found}")]
+    Part {
+        /// The chunk.
+        chunk: u64,
+        /// What was handed over.
+        found: String,
+    },
+    /// What another process is to run was made by another version, so its rows could be others.
+    #[error(
+        "expected a worker with gtfdi {expected}, with which the campaign began, found {found}"
+    )]
+    Version {
+        /// The campaign's version.
+        expected: String,
+        /// The worker's.
+        found: String,
+    },
+    /// What another process is to run is no task.
+    #[error("expected a task of a campaign, found none: {0}")]
+    Task(#[from] serde_json::Error),
     /// Whoever watches wanted the work to end.
     #[error("stopped after {done} of {total} runs")]
     Stopped {
@@ -155,19 +176,30 @@ pub(crate) trait During<T> {
 }
 
 macro_rules! during {
-    ($source:ty, $variant:ident) => {
+    ($source:ty, $variant:ident $(, $stopped:pat)?) => {
         impl<T> During<T> for Result<T, $source> {
             fn during(self, what: &str) -> Result<T, CampaignError> {
-                self.map_err(|source| CampaignError::$variant {
-                    what: what.to_owned(),
-                    source,
+                self.map_err(|source| match source {
+                    $($stopped => CampaignError::Stopped { done: 0, total: 0 },)?
+                    source => CampaignError::$variant {
+                        what: what.to_owned(),
+                        source,
+                    },
                 })
             }
         }
     };
 }
 
-during!(gtfdi::plant::PlantError, Plant);
+during!(
+    gtfdi::plant::PlantError,
+    Plant,
+    gtfdi::plant::PlantError::Stopped(_)
+);
 during!(gtfdi::core::DataError, Data);
-during!(gtfdi::ident::IdentError, Ident);
-during!(gtfdi::fdi::FdiError, Fdi);
+during!(
+    gtfdi::ident::IdentError,
+    Ident,
+    gtfdi::ident::IdentError::Stopped(_)
+);
+during!(gtfdi::fdi::FdiError, Fdi, gtfdi::fdi::FdiError::Stopped(_));

@@ -1,5 +1,7 @@
 //! Who is told how far long work has come.
 
+use gtfdi::core::Stop;
+
 use crate::error::CampaignError;
 
 /// An observer of long work; drawing is left to whoever implements it.
@@ -26,6 +28,15 @@ pub(crate) fn report_or_stop(
         return Err(CampaignError::Stopped { done, total });
     }
     Ok(())
+}
+
+/// What the rooms below look at, where only an observer of a campaign is there.
+pub(crate) struct Watched<'a>(pub &'a dyn Progress);
+
+impl Stop for Watched<'_> {
+    fn is_stopped(&self) -> bool {
+        self.0.is_stopped()
+    }
 }
 
 /// Nobody is told.

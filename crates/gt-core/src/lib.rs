@@ -37,6 +37,7 @@ mod operating_point;
 pub mod qp;
 mod signal;
 mod state_space;
+mod stop;
 mod stored_matrix;
 mod trend;
 
@@ -45,5 +46,6 @@ pub use error::{DataError, DimensionError, ModelError};
 pub use operating_point::OperatingPoint;
 pub use signal::{Signal, index_of};
 pub use state_space::StateSpace;
+pub use stop::{Never, Stop, Stopped};
 pub use stored_matrix::stored_matrix;
 pub use trend::Trend;

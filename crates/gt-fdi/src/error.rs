@@ -1,6 +1,6 @@
 //! Errors of design and of records that do not fit a design.
 
-use gt_core::{DataError, DimensionError, ModelError};
+use gt_core::{DataError, DimensionError, ModelError, Stopped};
 use thiserror::Error;
 
 use crate::design::{FilterError, PlacementError, SearchError};
@@ -19,6 +19,9 @@ pub enum FdiError {
     /// The model cannot be used.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// The caller wanted the work to end.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
     /// The detector refused a sample.
     #[error(transparent)]
     Step(#[from] StepError),

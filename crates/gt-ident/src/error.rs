@@ -1,7 +1,7 @@
 //! What can go wrong in identification.
 
 use gt_core::qp::QpError;
-use gt_core::{DataError, DimensionError, ModelError};
+use gt_core::{DataError, DimensionError, ModelError, Stopped};
 use thiserror::Error;
 
 use crate::Dependence;
@@ -18,6 +18,9 @@ pub enum IdentError {
     /// The realisation is no state-space model, for example because an entry overflows.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// The caller wanted the work to end.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
     /// A list of one value per input has another length.
     #[error("option {option}: expected 1 entry or {inputs} (one per input), found {found}")]
     OptionLength {

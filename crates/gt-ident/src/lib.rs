@@ -100,8 +100,11 @@ pub use realise::{OutputModel, STATE_LIMIT};
 pub use record::unbroken;
 pub use residual_tests::{
     Autocorrelation, ChiSquareTest, CrossCorrelation, OutputVerdict, RecordOrigin, ResidualOptions,
-    ResidualReport, ResidualVerdict, Verdict, test_residuals,
+    ResidualReport, ResidualVerdict, Verdict, test_residuals, test_residuals_until,
 };
 pub use similarity::{RANK_TOLERANCE, Similarity};
 pub use structure::{ArxStructure, Channel, Regressor, generic_indices};
 pub use validate::{OutputFit, Validation, ValidationOptions, validate, validate_records};
+
+#[cfg(test)]
+mod stop_tests;

@@ -5,7 +5,8 @@ use std::path::Path;
 use gtfdi::fdi::{Bank, Isolator};
 use serde::Serialize;
 
-use crate::{LogError, read_json};
+use crate::model_file::parse_json;
+use crate::{LogError, source};
 
 /// A bank or an isolator, as `gtfdi design` writes them. In JSON it is the one or the other.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -21,14 +22,22 @@ impl DetectorFile {
     /// Reads a file, and tells by what is in it which of the two it is.
     ///
     /// # Errors
-    /// As [`read_json`].
+    /// As [`read_json`](crate::read_json).
     pub fn read(path: &Path) -> Result<Self, LogError> {
-        let document: serde_json::Value = read_json(path)?;
+        Self::parse(path, &source::read(path)?)
+    }
+
+    /// Reads the bytes of a file, which errors call `path`.
+    ///
+    /// # Errors
+    /// [`LogError::Json`] with the line and column.
+    pub fn parse(path: &Path, bytes: &[u8]) -> Result<Self, LogError> {
+        let document: serde_json::Value = parse_json(path, bytes)?;
         // Once more from the text, so that an error has its line.
         if document.get("fields").is_some() {
-            Ok(Self::Isolator(Box::new(read_json(path)?)))
+            Ok(Self::Isolator(Box::new(parse_json(path, bytes)?)))
         } else {
-            Ok(Self::Bank(read_json(path)?))
+            Ok(Self::Bank(parse_json(path, bytes)?))
         }
     }
 

@@ -13,8 +13,12 @@ use crate::{LogError, write_atomically};
 /// # Errors
 /// A missing file or a directory; [`LogError::Json`] with the line and column that do not fit `T`.
 pub fn read_json<T: DeserializeOwned>(path: &Path) -> Result<T, LogError> {
-    let bytes = source::read(path)?;
-    serde_json::from_slice(&bytes).map_err(|cause| {
+    parse_json(path, &source::read(path)?)
+}
+
+/// Reads the bytes of a JSON file, which errors call `path`.
+pub(crate) fn parse_json<T: DeserializeOwned>(path: &Path, bytes: &[u8]) -> Result<T, LogError> {
+    serde_json::from_slice(bytes).map_err(|cause| {
         let text = cause.to_string();
         let place = format!(" at line {} column {}", cause.line(), cause.column());
         LogError::Json {

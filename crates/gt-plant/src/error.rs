@@ -1,6 +1,6 @@
 //! Errors of the plant.
 
-use gt_core::{DataError, ModelError};
+use gt_core::{DataError, ModelError, Stopped};
 use thiserror::Error;
 
 use crate::maps::{MapExit, MapKind, MapRule};
@@ -9,6 +9,9 @@ use crate::{Channel, Variant};
 /// Why a plant, a scenario or a run is refused.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum PlantError {
+    /// The caller wanted the work to end.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
     /// A parameter of the turbine is physically impossible.
     #[error("plant parameter {name}: expected {expected}, found {found}")]
     Parameter {

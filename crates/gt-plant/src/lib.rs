@@ -121,7 +121,7 @@ pub use open_loop::open_loop_model;
 pub use params::{DesignPoint, MapSet, PlantParameters};
 pub use scenario::Scenario;
 pub use sensors::{ChannelNoise, Deviations, Noise, NoiseLevel, NoiseScale};
-pub use simulate::{Run, simulate, simulate_with};
+pub use simulate::{Run, simulate, simulate_until, simulate_with};
 pub use trim::{SteadyState, steady_state};
 pub use variant::Variant;
 pub use warning::{Seen, Warning};

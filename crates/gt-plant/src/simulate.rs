@@ -1,6 +1,6 @@
 //! A run: the plant from its equilibrium through a scenario, sampled.
 
-use gt_core::{Dataset, Signal};
+use gt_core::{Dataset, Never, Signal, Stop};
 use nalgebra::DMatrix;
 
 use crate::channels::{HIDDEN_CHANNELS, OUTPUTS, recorded_inputs, signals};
@@ -64,12 +64,25 @@ pub fn simulate(scenario: &Scenario) -> Result<Run, PlantError> {
 /// [`PlantError`] when parameters or scenario are refused, or when there is no equilibrium. A plant
 /// that leaves the range in which the model means something ends the record: [`Run::ended`].
 pub fn simulate_with(parameters: &PlantParameters, scenario: &Scenario) -> Result<Run, PlantError> {
-    let path = Job::faulty(scenario).integrate(parameters)?;
+    simulate_until(parameters, scenario, &Never)
+}
+
+/// As [`simulate_with`], until `stop` wants it to end; it is asked at every sample.
+///
+/// # Errors
+/// As [`simulate_with`]; [`PlantError::Stopped`].
+pub fn simulate_until(
+    parameters: &PlantParameters,
+    scenario: &Scenario,
+    stop: &dyn Stop,
+) -> Result<Run, PlantError> {
+    let path = Job::faulty(scenario).integrate(parameters, stop)?;
     let healthy = if scenario.needs_healthy_record() {
-        Some(Job::healthy(scenario).integrate(parameters)?)
+        Some(Job::healthy(scenario).integrate(parameters, stop)?)
     } else {
         None
     };
+    stop.check()?;
     finish(parameters, scenario, path, healthy.as_ref())
 }
 
@@ -105,11 +118,12 @@ impl<'a> Job<'a> {
         Recorder::start(parameters, self.scenario, self.faults)
     }
 
-    fn integrate(&self, parameters: &PlantParameters) -> Result<Path, PlantError> {
+    fn integrate(&self, parameters: &PlantParameters, stop: &dyn Stop) -> Result<Path, PlantError> {
         let step_s = self.scenario.step_s();
         let (mut recorder, mut x) = self.start(parameters)?;
         let mut sample = 0;
         while recorder.sample(&x) {
+            stop.check()?;
             let start_s = time_s(sample);
             sample += 1;
             let inputs = recorder.inputs();
@@ -217,4 +231,38 @@ fn design_values(parameters: &PlantParameters) -> Result<Vec<f64>, PlantError> {
 /// Time of sample `k`, s.
 pub(crate) fn time_s(k: usize) -> f64 {
     k as f64 * SAMPLE_TIME_S
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+
+    /// Stops at the look with this number.
+    struct At(usize, AtomicUsize);
+
+    impl Stop for At {
+        fn is_stopped(&self) -> bool {
+            self.1.fetch_add(1, Ordering::Relaxed) + 1 >= self.0
+        }
+    }
+
+    /// The integration looks once a sample, so a run of 375 that is to end at the 100th look ends
+    /// there; one that ends by itself is that of [`simulate`].
+    #[test]
+    fn a_run_ends_at_the_sample_at_which_it_is_stopped() {
+        let scenario = Scenario {
+            duration_s: 30.0,
+            ..Scenario::default()
+        };
+        let run = |last: usize| {
+            let stop = At(last, AtomicUsize::new(0));
+            let run = simulate_until(&scenario.parameters(), &scenario, &stop);
+            (run, stop.1.into_inner())
+        };
+        let (stopped, looks) = run(100);
+        assert_eq!((stopped.err(), looks), (Some(gt_core::Stopped.into()), 100));
+        assert_eq!(run(usize::MAX).0, simulate(&scenario));
+    }
 }

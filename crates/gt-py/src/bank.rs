@@ -103,6 +103,14 @@ impl PyBank {
         self.inner.outputs()
     }
 
+    /// Units of the outputs, in the same order; empty where none was given.
+    #[getter]
+    fn output_units(&self) -> Vec<&str> {
+        let generators = self.inner.generators().iter();
+        let signals = generators.flat_map(ResidualGenerator::outputs);
+        signals.map(|signal| signal.unit.as_str()).collect()
+    }
+
     /// Names of the tests: that of the output where a test watches one.
     #[getter]
     fn tests(&self) -> Vec<String> {
@@ -176,7 +184,9 @@ impl PyBank {
     ) -> Result<PyDetection, Failure> {
         let data = self.data(u, y)?;
         let bank = Arc::clone(&self.inner);
-        let inner = interruptible(u.py(), move |_| Ok(bank.run(&data)?))?;
+        let inner = interruptible(u.py(), move |abandoned| {
+            Ok(bank.run_until(&data, abandoned)?)
+        })?;
         Ok(PyDetection { inner })
     }
 
@@ -205,9 +215,9 @@ impl PyBank {
     ) -> Result<(), Failure> {
         let data = self.data(u, y)?;
         let bank = Arc::clone(&self.inner);
-        interruptible(u.py(), move |_| {
+        interruptible(u.py(), move |abandoned| {
             let data = data.select(&bank.inputs(), &bank.outputs())?;
-            let run = bank.run(&data)?;
+            let run = bank.run_until(&data, abandoned)?;
             Ok(write_verdicts(
                 &path,
                 &bank,

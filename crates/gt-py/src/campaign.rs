@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use gt_campaign::Progress;
-use gt_campaign::campaign::{Comparison, Summary, prepare, prepare_single};
+use gt_campaign::campaign::{Campaign, Comparison, Folder, Summary, prepare, prepare_single};
 use pyo3::prelude::*;
 
 use crate::array::{json_form, json_out};
@@ -21,51 +21,19 @@ impl Progress for Watch<'_> {
     }
 }
 
-/// Runs a campaign on all cores, or what is left of it, and says what its runs say.
-///
-/// The folder then has ``rows.parquet``, ``summary.json`` and ``report.html``. Ctrl-C leaves whole
-/// files: the same call goes on from there, and the rows are the same bits whatever the number of
-/// threads (``RAYON_NUM_THREADS``).
-///
-/// Parameters
-/// ----------
-/// spec : path_like
-///     The campaign's TOML file.
-/// out : path_like
-///     Its folder: new, or one that this campaign began.
-///
-/// Returns
-/// -------
-/// dict
-///     What ``gtfdi campaign --json`` prints.
-///
-/// Raises
-/// ------
-/// DesignError
-///     The file says something that makes no sense, or the folder is another campaign's.
-///
-/// Examples
-/// --------
-/// >>> from gtfdi import campaign
-/// >>> text = '''
-/// ... seed = 1
-/// ... runs = 4
-/// ... [record]
-/// ... duration_s = 40.0
-/// ... onset_s = [10.0, 20.0]
-/// ... [[faults]]
-/// ... case = "thermocouple_drift"
-/// ... size = { log_uniform = [0.5, 1.0] }
-/// ... shape = { ramp = { rise_s = 5.0 } }
-/// ... [bank]
-/// ... arl0_h = 0.02
-/// ... calibration_h = 0.2
-/// ... tests = [{ statistic = "cusum" }]
-/// ... '''
-/// >>> _ = open("drift.toml", "w").write(text)
-/// >>> summary = campaign.run("drift.toml", "drift")
-/// >>> summary["runs"], summary["failed"]
-/// (4, 0)
+/// Runs what a campaign's folder has not, on all cores, and writes what all its rows say.
+pub fn summary_of(
+    campaign: &Campaign,
+    folder: &Folder,
+    progress: &dyn Progress,
+) -> Result<serde_json::Value, Failure> {
+    let rows = campaign.fill(folder, progress)?;
+    let summary = Summary::new(campaign.spec(), &rows);
+    summary.write(folder)?;
+    json_form("summary", &summary)
+}
+
+/// Runs a campaign on all cores of this process; ``gtfdi.campaign.run`` says the rest.
 #[pyfunction]
 pub fn campaign_run(
     py: Python<'_>,
@@ -75,10 +43,7 @@ pub fn campaign_run(
     let summary = interruptible(py, move |abandoned| {
         let progress = Watch(abandoned);
         let (campaign, folder) = prepare(&spec, &out, &progress)?;
-        let rows = campaign.fill(&folder, &progress)?;
-        let summary = Summary::new(campaign.spec(), &rows);
-        summary.write(&folder)?;
-        json_form("summary", &summary)
+        summary_of(&campaign, &folder, &progress)
     })?;
     json_out(py, "summary", &summary)
 }

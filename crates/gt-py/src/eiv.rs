@@ -29,7 +29,9 @@ fn identify(
         .nk(smallest_lags(nk))
         .method(method);
     let data = Given::new(u, y)?.unknown(inputs, outputs, sample_time_s)?;
-    let found = interruptible(py, move |_| Ok(wish.identify(&data)?))?;
+    let found = interruptible(py, move |abandoned| {
+        Ok(wish.identify_until(&data, abandoned)?)
+    })?;
     for remark in &found.remarks {
         warn(py, &remark.to_string())?;
     }

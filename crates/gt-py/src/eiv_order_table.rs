@@ -1,6 +1,6 @@
 //! `eiv_order_table` and `EivOrderTable`: the criteria of errors-in-variables orders.
 
-use gtfdi::ident::eiv::{EivOrderTable, eiv_order_table};
+use gtfdi::ident::eiv::{EivOrderTable, eiv_order_table_until};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyIterator};
 
@@ -107,7 +107,9 @@ pub fn py_eiv_order_table(
     let data = Given::new(u, y)?.unknown(inputs, outputs, sample_time_s)?;
     let orders = range(orders)?;
     let nk = lags_of_each(nk, data.nu());
-    let inner = interruptible(u.py(), move |_| Ok(eiv_order_table(&data, orders, &nk)?))?;
+    let inner = interruptible(u.py(), move |abandoned| {
+        Ok(eiv_order_table_until(&data, orders, &nk, abandoned)?)
+    })?;
     Ok(PyEivOrderTable { inner })
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use gt_campaign::CampaignError;
 use gt_log::LogError;
-use gtfdi::core::{DataError, DimensionError, ModelError};
+use gtfdi::core::{DataError, DimensionError, ModelError, Stopped};
 use gtfdi::fdi::{FdiError, FleetError, ResumeError, StatisticError, StepError};
 use gtfdi::ident::IdentError;
 use gtfdi::plant::PlantError;
@@ -168,6 +168,9 @@ pub enum Failure {
         /// What the pickle holds.
         found: String,
     },
+    /// The caller has gone.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
     /// No thread for long work can be had.
     #[error("expected a thread for long work, found none: {cause}")]
     Thread {
@@ -231,7 +234,9 @@ impl Failure {
                 ("OptionError", None)
             }
             Self::Pickle { .. } => ("PickleError", None),
-            Self::Thread { .. } | Self::Died | Self::Python(_) => ("GtfdiError", None),
+            Self::Stopped(_) | Self::Thread { .. } | Self::Died | Self::Python(_) => {
+                ("GtfdiError", None)
+            }
         }
     }
 

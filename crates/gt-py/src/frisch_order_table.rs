@@ -1,6 +1,6 @@
 //! `frisch_order_table` and `FrischOrderTable`: what covariances say of the order.
 
-use gtfdi::ident::frisch::{FrischOrderTable, frisch_order_table};
+use gtfdi::ident::frisch::{FrischOrderTable, frisch_order_table_until};
 use pyo3::prelude::*;
 use pyo3::types::PyIterator;
 
@@ -101,8 +101,10 @@ pub fn py_frisch_order_table(
     let orders = range(orders)?;
     let nk = lags_of_each(nk, data.nu());
     let output = output.map_or(Ok(0), |output| output.index(data.outputs()))?;
-    let inner = interruptible(u.py(), move |_| {
-        Ok(frisch_order_table(&data, output, orders, &nk)?)
+    let inner = interruptible(u.py(), move |abandoned| {
+        Ok(frisch_order_table_until(
+            &data, output, orders, &nk, abandoned,
+        )?)
     })?;
     Ok(PyFrischOrderTable { inner })
 }

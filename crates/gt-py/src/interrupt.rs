@@ -10,6 +10,7 @@ use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::thread;
 use std::time::Duration;
 
+use gtfdi::core::Stop;
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 
@@ -30,6 +31,12 @@ impl Abandoned {
     /// Whether nobody waits for the result any more.
     pub fn is_set(&self) -> bool {
         self.0.load(Ordering::Relaxed)
+    }
+}
+
+impl Stop for Abandoned {
+    fn is_stopped(&self) -> bool {
+        self.is_set()
     }
 }
 

@@ -118,7 +118,9 @@ impl PyIsolator {
     ) -> Result<PyIsolation, Failure> {
         let data = self.data(u, y)?;
         let isolator = Arc::clone(&self.inner);
-        let run = interruptible(u.py(), move |_| Ok(isolator.run(&data)?))?;
+        let run = interruptible(u.py(), move |abandoned| {
+            Ok(isolator.run_until(&data, abandoned, |_| {})?)
+        })?;
         let alarms = run.alarms.iter();
         let inner = Judgement {
             judged: run.judged,

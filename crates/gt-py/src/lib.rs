@@ -22,6 +22,8 @@ mod arx_options;
 mod arx_structure;
 mod bank;
 mod campaign;
+mod campaign_desk;
+mod campaign_task;
 mod choice;
 mod constrained_arx;
 mod data_check;
@@ -103,6 +105,10 @@ mod _gtfdi {
     use crate::bank::{PyBank, design};
     #[pymodule_export]
     use crate::campaign::{campaign_compare, campaign_rows, campaign_run};
+    #[pymodule_export]
+    use crate::campaign_desk::PyCampaignDesk;
+    #[pymodule_export]
+    use crate::campaign_task::PyCampaignTask;
     #[pymodule_export]
     use crate::constrained_arx::{PyConstrainedArx, PyConstrainedFit};
     #[pymodule_export]

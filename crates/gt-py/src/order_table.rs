@@ -18,7 +18,7 @@ use crate::table::{row, rows};
 /// ``ppcre_percent`` and ``condition``.
 #[pyclass(frozen, sequence, name = "OrderTable", module = "gtfdi")]
 pub struct PyOrderTable {
-    inner: OrderTable,
+    pub inner: OrderTable,
 }
 
 #[pymethods]

@@ -300,8 +300,8 @@ pub fn simulate<'py>(
         substeps,
     };
     let scenario = arguments.scenario()?;
-    let (scenario, run) = interruptible(py, move |_| {
-        let run = plant::simulate(&scenario)?;
+    let (scenario, run) = interruptible(py, move |abandoned| {
+        let run = plant::simulate_until(&scenario.parameters(), &scenario, abandoned)?;
         Ok((scenario, run))
     })?;
     if let (0, Some(reason)) = (run.truth.len(), &run.ended) {

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from gtfdi import Bank, Detection
 from gtfdi.errors import OptionError
 from gtfdi.plot._argument import of_type
-from gtfdi.plot._panel import LIMIT_COLOUR, AxesLike, mark_onset, panels
+from gtfdi.plot._panel import LIMIT_COLOUR, AxesLike, mark_onset, panels, quantity
 
 
 def residuals(
@@ -29,7 +29,7 @@ def residuals(
     detection : Detection
         What ``Bank.detect`` gave.
     bank : Bank, optional
-        The bank that gave it, for the limits.
+        The bank that gave it, for the limits and the units.
     onset_s : float, optional
         When a fault is known to begin, marked by a dotted line.
     axes : Axes or list of Axes, optional
@@ -56,6 +56,7 @@ def residuals(
     tests = _tests(detection, bank)
     drawn = panels(axes, len(detection.outputs))
     alarms = detection.alarms
+    units = {} if bank is None else dict(zip(bank.outputs, bank.output_units, strict=True))
     for ax, tag, values in zip(drawn, detection.outputs, detection.residuals.T, strict=True):
         ax.plot(detection.time_s, values, linewidth=0.8, label=tag)
         test = tests.get(tag)
@@ -64,7 +65,7 @@ def residuals(
             ax.axhline(-test["limit"], color=LIMIT_COLOUR, linestyle="--", label="_limit below")
         _mark_alarms(ax, tag, alarms, float(detection.time_s[-1]))
         mark_onset(ax, onset_s)
-        ax.set_ylabel(f"residual {tag}")
+        ax.set_ylabel(quantity(f"residual {tag}", units.get(tag, "")))
     drawn[-1].set_xlabel("time (s)")
     return drawn
 

@@ -12,7 +12,7 @@ use super::sensor_noise::{HEALTHY_INDEX, MODEL_INDEX};
 use super::spec::{ModelMethod, ModelPlan, Spec};
 use crate::bank_design::kalman_generator;
 use crate::error::{CampaignError, During as _};
-use crate::progress::Progress;
+use crate::progress::{Progress, Watched};
 
 /// Seconds of an hour; healthy records are no longer.
 const HOUR_S: f64 = 3600.0;
@@ -81,7 +81,8 @@ impl Spec {
         let identified = match method {
             ModelMethod::Eiv => {
                 let identification = EivIdentification::new(OrderChoice::Given(order)).nk(nk);
-                let model = identification.identify(&record).during(what)?.model;
+                let found = identification.identify_until(&record, &Watched(progress));
+                let model = found.during(what)?.model;
                 (model.relation().clone(), Some(model))
             }
             ModelMethod::Arx => {

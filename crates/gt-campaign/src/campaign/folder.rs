@@ -23,6 +23,7 @@ use super::manifest::Manifest;
 use super::row::Row;
 use super::spec::Spec;
 use super::table::Table;
+use super::task::Part;
 use crate::error::CampaignError;
 
 /// Runs of a chunk; a task of a core, a second or so.
@@ -30,7 +31,7 @@ pub(super) const CHUNK_RUNS: u64 = 32;
 /// The manifest's name.
 const MANIFEST: &str = "campaign.toml";
 /// The bank's name.
-const BANK: &str = "bank.json";
+pub(super) const BANK: &str = "bank.json";
 /// The name of all rows.
 const ROWS: &str = "rows.parquet";
 /// The name of that file's SHA-256, in the format of `sha256sum`.
@@ -183,9 +184,8 @@ impl Folder {
     }
 
     /// The runs of a chunk.
-    pub(super) fn runs_of(&self, chunk: u64) -> Range<u64> {
-        let first = chunk * CHUNK_RUNS;
-        first..(first + CHUNK_RUNS).min(self.runs)
+    pub fn runs_of(&self, chunk: u64) -> Range<u64> {
+        runs_of(chunk, self.runs)
     }
 
     /// The files of a chunk, by their names among those of the folder, which are in order; more than
@@ -216,7 +216,7 @@ impl Folder {
     ///
     /// # Errors
     /// A folder that cannot be read.
-    pub(super) fn missing(&self) -> Result<Vec<u64>, CampaignError> {
+    pub fn missing(&self) -> Result<Vec<u64>, CampaignError> {
         let names = names(&self.path)?;
         let chunks = 0..self.chunks();
         Ok(chunks
@@ -225,7 +225,7 @@ impl Folder {
     }
 
     /// All rows, once they are in one file.
-    pub(super) fn finished(&self) -> Option<Vec<Row>> {
+    pub fn finished(&self) -> Option<Vec<Row>> {
         let line = fs::read_to_string(self.path.join(ROWS_SHA256)).ok()?;
         let sha256 = line.split_whitespace().next()?;
         self.read(&self.path.join(ROWS), sha256, 0..self.runs)
@@ -234,21 +234,9 @@ impl Folder {
     /// The rows of a file of this campaign, of just these runs.
     fn read(&self, path: &Path, sha256: &str, runs: Range<u64>) -> Option<Vec<Row>> {
         let table = Table::read(path, sha256).ok()?;
-        let own = self.metadata();
+        let own = self.manifest.marks();
         let same = own.iter().all(|pair| table.metadata.contains(pair));
         (same && table.rows.iter().map(|row| row.run).eq(runs)).then_some(table.rows)
-    }
-
-    /// What a file of rows says of itself.
-    fn metadata(&self) -> Vec<(String, String)> {
-        let manifest = &self.manifest;
-        let pairs = [
-            ("gtfdi.version", &manifest.version),
-            ("gtfdi.spec_sha256", &manifest.spec_sha256),
-            ("gtfdi.bank_sha256", &manifest.bank_sha256),
-        ];
-        let pairs = pairs.map(|(key, value)| (key.to_owned(), value.clone()));
-        pairs.into()
     }
 
     /// Keeps the rows of a chunk.
@@ -256,12 +244,54 @@ impl Folder {
     /// # Errors
     /// [`CampaignError::Log`] names the file.
     pub(super) fn keep(&self, chunk: u64, rows: Vec<Row>) -> Result<(), CampaignError> {
-        let metadata = self.metadata();
-        let name = |sha256: &str| {
-            let digits = sha256.get(..DIGITS).unwrap_or(sha256);
-            self.path.join(format!("rows-{chunk:05}-{digits}.parquet"))
-        };
+        let metadata = self.manifest.marks();
+        let name = |sha256: &str| self.chunk_path(chunk, sha256);
         Table { rows, metadata }.write(name).map(|_| ())
+    }
+
+    /// Keeps what another process made of a chunk, once it is seen to be whole and of this campaign.
+    ///
+    /// # Errors
+    /// [`CampaignError::Part`] for something else, [`CampaignError::Log`] names the file that could
+    /// not be written.
+    pub fn keep_part(&self, part: &Part) -> Result<(), CampaignError> {
+        let refused = |found: String| CampaignError::Part {
+            chunk: part.chunk,
+            found,
+        };
+        if part.chunk >= self.chunks() {
+            return Err(refused(format!("one of a campaign of {} runs", self.runs)));
+        }
+        let sha256 = gt_log::sha256_hex(&part.bytes);
+        if sha256 != part.sha256 {
+            let found = format!("bytes with the SHA-256 {sha256}, not {}", part.sha256);
+            return Err(refused(found));
+        }
+        let path = self.chunk_path(part.chunk, &sha256);
+        gt_log::write_atomically(&path, &part.bytes)?;
+        if self
+            .read(&path, &sha256, self.runs_of(part.chunk))
+            .is_some()
+        {
+            return Ok(());
+        }
+        fs::remove_file(&path).map_err(|source| CampaignError::Folder { path, source })?;
+        Err(refused("rows of something else".to_owned()))
+    }
+
+    /// Where the rows of a chunk are, by the SHA-256 of the file's bytes.
+    fn chunk_path(&self, chunk: u64, sha256: &str) -> PathBuf {
+        let digits = sha256.get(..DIGITS).unwrap_or(sha256);
+        self.path.join(format!("rows-{chunk:05}-{digits}.parquet"))
+    }
+
+    /// The text of the bank.
+    ///
+    /// # Errors
+    /// [`CampaignError::SpecFile`].
+    pub(super) fn bank_text(&self) -> Result<String, CampaignError> {
+        let path = self.path.join(BANK);
+        fs::read_to_string(&path).map_err(|source| CampaignError::SpecFile { path, source })
     }
 
     /// Puts the rows of all chunks into one file, and removes the chunks.
@@ -272,7 +302,7 @@ impl Folder {
         let names = names(&self.path)?;
         let mut table = Table {
             rows: Vec::new(),
-            metadata: self.metadata(),
+            metadata: self.manifest.marks(),
         };
         for chunk in 0..self.chunks() {
             let rows = self
@@ -307,6 +337,12 @@ impl Folder {
         }
         Ok(())
     }
+}
+
+/// The runs of a chunk of a campaign of so many.
+pub(super) fn runs_of(chunk: u64, runs: u64) -> Range<u64> {
+    let first = chunk.saturating_mul(CHUNK_RUNS).min(runs);
+    first..first.saturating_add(CHUNK_RUNS).min(runs)
 }
 
 /// A file that by its name has the rows of a chunk.

@@ -67,6 +67,17 @@ impl Manifest {
         Ok(gt_log::write_atomically(path, text.as_bytes())?)
     }
 
+    /// What a file of rows says of the campaign that it is of.
+    pub(super) fn marks(&self) -> Vec<(String, String)> {
+        let pairs = [
+            ("gtfdi.version", &self.version),
+            ("gtfdi.spec_sha256", &self.spec_sha256),
+            ("gtfdi.bank_sha256", &self.bank_sha256),
+        ];
+        let pairs = pairs.map(|(key, value)| (key.to_owned(), value.clone()));
+        pairs.into()
+    }
+
     /// The first difference between what is here, of the file `path`, and what is wanted now.
     ///
     /// # Errors

@@ -2,7 +2,8 @@
 //!
 //! A [`Spec`] says what is run, [`prepare`] opens its [`Folder`] and makes its bank, and
 //! [`Campaign::fill`] runs on all cores what the folder has not. Any run is regenerated alone, bit
-//! for bit, by [`Campaign::row`]. [`Summary`] says what the rows say.
+//! for bit, by [`Campaign::row`]. Other processes are given a [`Task`], of which each runs some chunks
+//! and hands back their [`Part`]s. [`Summary`] says what the rows say.
 
 mod bank_choice;
 mod bank_making;
@@ -30,6 +31,7 @@ mod size_limit;
 mod spec;
 mod summary;
 mod table;
+mod task;
 
 pub use bank_choice::{BankChoice, IsolatorFamily, TestFamily};
 pub use cell::{Cell, ColumnKind};
@@ -51,3 +53,4 @@ pub use size_limit::SizeLimit;
 pub use spec::{ModelMethod, ModelPlan, PlantPlan, RecordPlan, Spec, TestPlanText};
 pub use summary::{FailureCount, Summary};
 pub use table::Table;
+pub use task::{Part, Task};

@@ -1,5 +1,6 @@
 //! Runs on all cores, chunk by chunk.
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -52,13 +53,24 @@ impl Campaign {
                 return refused(expected, format!("`{tag}`"));
             }
         }
+        let noise = spec.noise()?;
+        Ok(Self::with_noise(spec, bank, noise))
+    }
+
+    /// A campaign of parts that fit each other.
+    pub(super) fn with_noise(spec: Spec, bank: DetectorFile, noise: Noise) -> Self {
         let horizon_s = spec.record.horizon_s.unwrap_or(f64::INFINITY);
-        Ok(Self {
+        Self {
             judge: Judge::new(bank, horizon_s),
-            noise: spec.noise()?,
+            noise,
             plant: PlantParameters::for_maps(spec.plant.map_set),
             spec,
-        })
+        }
+    }
+
+    /// The noise of all records.
+    pub(super) fn noise(&self) -> &Noise {
+        &self.noise
     }
 
     /// The specification.
@@ -122,6 +134,26 @@ impl Campaign {
             .collect()
     }
 
+    /// The rows of consecutive runs, on one core; nothing where progress wants the work to end.
+    ///
+    /// # Errors
+    /// As [`Campaign::rows`].
+    pub(super) fn rows_of(
+        &self,
+        runs: Range<u64>,
+        progress: &dyn Progress,
+    ) -> Result<Option<Vec<Row>>, CampaignError> {
+        let runs: Vec<u64> = runs.collect();
+        let mut rows = Vec::with_capacity(runs.len());
+        for group in runs.chunks(lanes_at_once()) {
+            if progress.is_stopped() {
+                return Ok(None);
+            }
+            rows.extend(self.rows(group)?);
+        }
+        Ok(Some(rows))
+    }
+
     /// Runs what a folder has not, and gives all rows.
     ///
     /// # Errors
@@ -160,17 +192,11 @@ impl Campaign {
             .par_iter()
             .with_max_len(1)
             .try_for_each(|&chunk| {
-                let runs: Vec<u64> = folder.runs_of(chunk).collect();
-                let mut rows = Vec::with_capacity(runs.len());
-                for group in runs.chunks(lanes_at_once()) {
-                    if progress.is_stopped() {
-                        return Err(CampaignError::Stopped {
-                            done: done.load(Ordering::Relaxed),
-                            total: self.spec.runs,
-                        });
-                    }
-                    rows.extend(self.rows(group)?);
-                }
+                let rows = self.rows_of(folder.runs_of(chunk), progress)?;
+                let rows = rows.ok_or_else(|| CampaignError::Stopped {
+                    done: done.load(Ordering::Relaxed),
+                    total: self.spec.runs,
+                })?;
                 folder.keep(chunk, rows)?;
                 let before = done.fetch_add(length(chunk), Ordering::Relaxed);
                 report(before + length(chunk));

@@ -34,13 +34,21 @@ impl Table {
     /// # Errors
     /// [`CampaignError::Table`] and [`CampaignError::Log`] name the file.
     pub fn write(&self, name: impl FnOnce(&str) -> PathBuf) -> Result<String, CampaignError> {
-        let bytes = self.bytes().map_err(|error| CampaignError::Table {
-            path: PathBuf::from("rows"),
-            reason: error.to_string(),
-        })?;
+        let bytes = self.to_bytes()?;
         let sha256 = gt_log::sha256_hex(&bytes);
         gt_log::write_atomically(&name(&sha256), &bytes)?;
         Ok(sha256)
+    }
+
+    /// The bytes of its file.
+    ///
+    /// # Errors
+    /// [`CampaignError::Table`].
+    pub(super) fn to_bytes(&self) -> Result<Vec<u8>, CampaignError> {
+        self.bytes().map_err(|error| CampaignError::Table {
+            path: PathBuf::from("rows"),
+            reason: error.to_string(),
+        })
     }
 
     /// Reads the rows of a file whose bytes have a SHA-256 that begins with `sha256`. Others are not

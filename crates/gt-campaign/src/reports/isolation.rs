@@ -1,6 +1,6 @@
 //! What an isolator found in a record.
 
-use gtfdi::core::Dataset;
+use gtfdi::core::{Dataset, Stop};
 use gtfdi::fdi::{
     FdiError, IsolationAlarm, IsolationRun, Isolator, MeanTime, NamedAlarm, NamedHypothesis,
 };
@@ -21,15 +21,16 @@ const MOST_DIAGNOSES: usize = 50;
 /// each fault over time, the record itself.
 ///
 /// # Errors
-/// As [`Isolator::run`].
+/// As [`Isolator::run`]; [`FdiError::Stopped`] where `stop` wants the run to end.
 pub fn isolation_report(
     isolator: &Isolator,
     data: &Dataset,
     provenance: &Provenance,
+    stop: &dyn Stop,
 ) -> Result<Document, FdiError> {
     let names = isolator.statistic_names();
     let mut statistics = vec![Vec::with_capacity(data.len()); names.len()];
-    let run = isolator.run_with(data, |verdict| {
+    let run = isolator.run_until(data, stop, |verdict| {
         for (series, value) in statistics.iter_mut().zip(&verdict.statistics) {
             series.push(if verdict.settling { f64::NAN } else { *value });
         }

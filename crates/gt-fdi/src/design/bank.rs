@@ -1,6 +1,6 @@
 //! A bank of residual generators and of tests on their residuals, and its run over a record.
 
-use gt_core::Dataset;
+use gt_core::{Dataset, Never, Stop};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -203,6 +203,14 @@ impl Bank {
     /// # Errors
     /// [`FdiError::MissingTags`] and [`FdiError::SampleTime`] when the record does not fit.
     pub fn run(&self, data: &Dataset) -> Result<BankRun, FdiError> {
+        self.run_until(data, &Never)
+    }
+
+    /// As [`Bank::run`], until `stop` wants it to end; it is asked at every sample.
+    ///
+    /// # Errors
+    /// As [`Bank::run`]; [`FdiError::Stopped`].
+    pub fn run_until(&self, data: &Dataset, stop: &dyn Stop) -> Result<BankRun, FdiError> {
         let (inputs, outputs) = (self.inputs(), self.outputs());
         let mut channels = Channels::of(data, self.sample_time_s, &inputs, &outputs)?;
         let mut detector = Detector::new(self);
@@ -211,6 +219,7 @@ impl Bank {
         let mut statistics = DMatrix::zeros(self.tests.len(), data.len());
         let mut time_s = Vec::with_capacity(data.len());
         for sample in 0..data.len() {
+            stop.check()?;
             let (u, y) = channels.at(sample);
             let verdict = detector.step(data.time_s(sample), u, y)?;
             time_s.push(verdict.time_s);

@@ -1,6 +1,6 @@
 //! The fit of an errors-in-variables model.
 
-use gt_core::Dataset;
+use gt_core::{Dataset, Never, Stop};
 use nalgebra::{DMatrix, DVector};
 
 use super::estimate::{EivEstimate, EivVariance};
@@ -95,6 +95,15 @@ impl Eiv {
     /// [`IdentError::EivStartLags`], [`IdentError::EivStartValue`] or [`IdentError::Dimension`]
     /// for a start that does not fit; [`IdentError::EivNoStart`] where no relation was found.
     pub fn fit(&self, data: &Dataset) -> Result<EivEstimate, IdentError> {
+        self.fit_until(data, &Never)
+    }
+
+    /// As [`Eiv::fit`], until `stop` wants it to end; it is asked at every evaluation of the
+    /// likelihood.
+    ///
+    /// # Errors
+    /// As [`Eiv::fit`]; [`IdentError::Stopped`].
+    pub fn fit_until(&self, data: &Dataset, stop: &dyn Stop) -> Result<EivEstimate, IdentError> {
         let Some(first) = self.lags.first() else {
             return Err(IdentError::NoOutputs);
         };
@@ -124,7 +133,7 @@ impl Eiv {
             .map(|start| scaled_start(&layout, &record.scales, start))
             .collect();
         let prior = self.pole_prior / record.samples as f64;
-        let joint = estimate(&record.spectrum, &self.lags, &starts, None, prior)?;
+        let joint = estimate(&record.spectrum, &self.lags, &starts, None, prior, stop)?;
         finish(data, &layout, &record, &joint.together)
     }
 

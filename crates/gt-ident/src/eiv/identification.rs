@@ -2,9 +2,9 @@
 
 use std::ops::RangeInclusive;
 
-use gt_core::Dataset;
+use gt_core::{Dataset, Never, Stop};
 
-use super::{Eiv, EivLags, EivModel, EivOrderTable, EivRemark, eiv_order_table};
+use super::{Eiv, EivLags, EivModel, EivOrderTable, EivRemark, eiv_order_table_until};
 use crate::frisch::{CriterionKind, Frisch};
 use crate::{IdentError, OrderChoice};
 
@@ -66,7 +66,7 @@ pub struct IdentifiedEiv {
 impl EivIdentification {
     /// A model of the given order or of the best of some, by maximum likelihood.
     ///
-    /// Orders are compared by the BIC of the likelihood ([`eiv_order_table`]), whatever the method;
+    /// Orders are compared by the BIC of the likelihood ([`eiv_order_table`](super::eiv_order_table)), whatever the method;
     /// an automatic choice looks at 1 to 6, without those that the record is too short for or that an
     /// input's smallest lag exceeds (at least at one). The table of orders has the autoregression and
     /// the frequencies of its own, and no prior; those of [`EivMethod::Likelihood`] are for the last fit.
@@ -96,8 +96,20 @@ impl EivIdentification {
     ///
     /// # Errors
     /// [`IdentError::EivOrder`] or [`IdentError::EivLag`] for lags that make no relation; as
-    /// [`eiv_order_table`], [`Eiv::fit`], [`Frisch::fit_shared`] and [`EivModel::from_rows`].
+    /// [`eiv_order_table`](super::eiv_order_table), [`Eiv::fit`], [`Frisch::fit_shared`] and [`EivModel::from_rows`].
     pub fn identify(&self, data: &Dataset) -> Result<IdentifiedEiv, IdentError> {
+        self.identify_until(data, &Never)
+    }
+
+    /// As [`EivIdentification::identify`], until `stop` wants it to end.
+    ///
+    /// # Errors
+    /// As [`EivIdentification::identify`]; [`IdentError::Stopped`].
+    pub fn identify_until(
+        &self,
+        data: &Dataset,
+        stop: &dyn Stop,
+    ) -> Result<IdentifiedEiv, IdentError> {
         let nk = match self.nk[..] {
             [lag] => vec![lag; data.nu()],
             _ => self.nk.clone(),
@@ -106,11 +118,11 @@ impl EivIdentification {
         let (order, orders) = match &self.order {
             OrderChoice::Given(order) => (*order, None),
             OrderChoice::Search(orders) => {
-                let table = eiv_order_table(data, orders.clone(), &nk)?;
+                let table = eiv_order_table_until(data, orders.clone(), &nk, stop)?;
                 (table.best_bic(), Some(table))
             }
             OrderChoice::Automatic => {
-                let table = as_far_as_the_record_bears(data, &nk)?;
+                let table = as_far_as_the_record_bears(data, &nk, stop)?;
                 let highest = table.rows.last().map_or(0, |row| row.order);
                 if highest < *AUTOMATIC_ORDERS.end() {
                     let samples = data.len();
@@ -133,7 +145,7 @@ impl EivIdentification {
                 if let Some(count) = frequencies {
                     eiv = eiv.frequencies(count);
                 }
-                let found = eiv.fit(data)?;
+                let found = eiv.fit_until(data, stop)?;
                 if found.short_record {
                     let samples = data.len();
                     remarks.push(EivRemark::ShortRecord { samples });
@@ -145,7 +157,7 @@ impl EivIdentification {
             }
             EivMethod::Frisch(kind) => {
                 let scheme = Frisch::new(lags).criterion(kind.criterion(order));
-                scheme.fit_shared(data)?.model(data)?
+                scheme.fit_shared_until(data, stop)?.model(data)?
             }
         };
         remarks.extend(model.not_told());
@@ -158,14 +170,18 @@ impl EivIdentification {
 }
 
 /// The table of [`AUTOMATIC_ORDERS`], of as many as the record is long enough for.
-fn as_far_as_the_record_bears(data: &Dataset, nk: &[usize]) -> Result<EivOrderTable, IdentError> {
+fn as_far_as_the_record_bears(
+    data: &Dataset,
+    nk: &[usize],
+    stop: &dyn Stop,
+) -> Result<EivOrderTable, IdentError> {
     let first = nk
         .iter()
         .copied()
         .fold(*AUTOMATIC_ORDERS.start(), usize::max);
     let mut last = first.max(*AUTOMATIC_ORDERS.end());
     loop {
-        match eiv_order_table(data, first..=last, nk) {
+        match eiv_order_table_until(data, first..=last, nk, stop) {
             Err(IdentError::EivTooFewSamples { .. }) if last > first => last -= 1,
             result => return result,
         }

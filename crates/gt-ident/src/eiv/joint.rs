@@ -1,5 +1,7 @@
 //! Estimates of one output by itself and of several outputs together.
 
+use gt_core::Stop;
+
 use super::layout::Layout;
 use super::moments::Moments;
 use super::refine::{Problem, Refined};
@@ -22,13 +24,17 @@ fn one_output(
     given: &[Vec<f64>],
     below: Option<&Refined>,
     prior: f64,
+    stop: &dyn Stop,
 ) -> Option<Refined> {
+    if stop.is_stopped() {
+        return None;
+    }
     let moments = Moments::new(spectrum, lags);
     let largest = moments.largest_variances()?;
     let mut points = given.to_vec();
     if let Ok(lower) = EivLags::new(lags.order() - 1, lags.nk().to_vec()) {
         let climbed = if below.is_none() {
-            one_output(spectrum, &lower, &[], None, prior)
+            one_output(spectrum, &lower, &[], None, prior, stop)
         } else {
             None
         };
@@ -37,14 +43,15 @@ fn one_output(
             points.extend(CANCELLING.map(|root| extended(rows, &end.point, root)));
         }
     }
-    for start in starts(&moments, &largest) {
+    for start in starts(&moments, &largest, stop) {
         let (a, b) = start.relation.as_slice()[1..].split_at(lags.order());
         let mut point = a.to_vec();
         point.extend(b.iter().map(|value| -value));
         point.extend(start.variances);
         points.push(point);
     }
-    let mut problem = Problem::new(std::slice::from_ref(lags), spectrum, &largest, prior).ok()?;
+    let own = std::slice::from_ref(lags);
+    let mut problem = Problem::new(own, spectrum, &largest, prior, stop).ok()?;
     problem.solve(&points, given.len())
 }
 
@@ -94,6 +101,7 @@ pub(super) fn estimate(
     given: &[Vec<f64>],
     below: Option<&Joint>,
     prior: f64,
+    stop: &dyn Stop,
 ) -> Result<Joint, IdentError> {
     let layout = Layout::new(lags)?;
     let (m, r) = (layout.outputs, layout.inputs);
@@ -122,9 +130,9 @@ pub(super) fn estimate(
             })
             .collect();
         let below = below.map(|below| &below.singles[output]);
-        let single = one_output(&marginal, own, &given, below, prior)
-            .ok_or(IdentError::EivNoStart { output })?;
-        singles.push(single);
+        let single = one_output(&marginal, own, &given, below, prior, stop);
+        stop.check()?;
+        singles.push(single.ok_or(IdentError::EivNoStart { output })?);
     }
     if m == 1 {
         let together = singles[0].clone();
@@ -140,9 +148,9 @@ pub(super) fn estimate(
         let lower = lower?;
         points.extend(CANCELLING.map(|root| extended(&lower, &below.together.point, root)));
     }
-    let mut together = Problem::new(lags, spectrum, &largest, prior)?
-        .solve(&points, given.len())
-        .ok_or(IdentError::EivNoStart { output: 0 })?;
+    let together = Problem::new(lags, spectrum, &largest, prior, stop)?.solve(&points, given.len());
+    stop.check()?;
+    let mut together = together.ok_or(IdentError::EivNoStart { output: 0 })?;
     together.evaluations += singles
         .iter()
         .map(|single| single.evaluations)

@@ -55,7 +55,7 @@ pub use identification::{EivIdentification, EivMethod, IdentifiedEiv};
 pub use lbfgs::{Lbfgs, Minimum};
 pub use likelihood::Likelihood;
 pub use model::{ChannelNoise, EivModel};
-pub use order::{EivOrderRow, EivOrderTable, eiv_order_table};
+pub use order::{EivOrderRow, EivOrderTable, eiv_order_table, eiv_order_table_until};
 pub use remark::EivRemark;
 pub use row::{EivLags, EivRow, NoiseVariances};
 pub use spectrum::Spectrum;

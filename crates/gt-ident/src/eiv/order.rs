@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use gt_core::Dataset;
+use gt_core::{Dataset, Never, Stop};
 use serde::{Deserialize, Serialize};
 
 use super::fit::default_frequencies;
@@ -69,6 +69,19 @@ pub fn eiv_order_table(
     orders: RangeInclusive<usize>,
     nk: &[usize],
 ) -> Result<EivOrderTable, IdentError> {
+    eiv_order_table_until(data, orders, nk, &Never)
+}
+
+/// As [`eiv_order_table`], until `stop` wants it to end.
+///
+/// # Errors
+/// As [`eiv_order_table`]; [`IdentError::Stopped`].
+pub fn eiv_order_table_until(
+    data: &Dataset,
+    orders: RangeInclusive<usize>,
+    nk: &[usize],
+    stop: &dyn Stop,
+) -> Result<EivOrderTable, IdentError> {
     let (first, last) = (*orders.start(), *orders.end());
     if first == 0 || first > last {
         return Err(IdentError::OrderRange { first, last });
@@ -83,7 +96,7 @@ pub fn eiv_order_table(
     let mut rows = Vec::new();
     for order in orders {
         let lags = vec![EivLags::new(order, nk.to_vec())?; outputs];
-        let joint = estimate(&record.spectrum, &lags, &[], below.as_ref(), 0.0)?;
+        let joint = estimate(&record.spectrum, &lags, &[], below.as_ref(), 0.0, stop)?;
         let parameters = lags.iter().map(EivLags::parameters).sum::<usize>();
         let (fit, count) = (samples as f64 * joint.together.value, parameters as f64);
         rows.push(EivOrderRow {

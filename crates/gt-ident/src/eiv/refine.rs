@@ -1,5 +1,6 @@
 //! The descent from starting points to the profile Whittle maximum likelihood estimate.
 
+use gt_core::Stop;
 use nalgebra::DMatrix;
 
 use super::coordinates::Coordinates;
@@ -47,6 +48,7 @@ pub(super) struct Problem<'a> {
     coordinates: Coordinates,
     /// The weight of the prior on the poles over the number of samples.
     prior: f64,
+    stop: &'a dyn Stop,
 }
 
 impl<'a> Problem<'a> {
@@ -56,22 +58,27 @@ impl<'a> Problem<'a> {
         spectrum: &'a Spectrum,
         largest: &[f64],
         prior: f64,
+        stop: &'a dyn Stop,
     ) -> Result<Self, IdentError> {
         Ok(Self {
             likelihood: Likelihood::new(lags, spectrum)?,
             coordinates: Coordinates::new(Layout::new(lags)?, largest),
             prior,
+            stop,
         })
     }
 
-    /// The lowest end of the descents from the best of the points; `None` without any usable.
+    /// The lowest end of the descents from the best of the points; `None` without any usable. Where
+    /// the work is to end, what it gives means nothing.
     pub fn solve(&mut self, points: &[Vec<f64>], always: usize) -> Option<Refined> {
         let mut scratch = vec![0.0; self.likelihood.parameters()];
         let mut gradient = scratch.clone();
         let reflections = self.coordinates.reflections();
+        let stop = self.stop;
         let mut ranked: Vec<(f64, Vec<f64>)> = points
             .iter()
             .enumerate()
+            .take_while(|_| !stop.is_stopped())
             .map(|(index, point)| {
                 let x = self.coordinates.start(point);
                 self.coordinates.point(&x, &mut scratch, None);
@@ -108,6 +115,7 @@ impl<'a> Problem<'a> {
             likelihood,
             coordinates,
             prior,
+            stop,
         } = self;
         let count = x.len();
         let mut point = vec![0.0; count];
@@ -116,6 +124,9 @@ impl<'a> Problem<'a> {
         let reflections = coordinates.reflections();
         let (mut objective, mut converged, mut evaluations) = (f64::INFINITY, false, 0);
         for _ in 0..ROUNDS {
+            if stop.is_stopped() {
+                break;
+            }
             coordinates.point(&x, &mut point, Some(&mut jacobian));
             let metric = likelihood.information(&point).ok().map(|information| {
                 let mut metric = jacobian.tr_mul(&(information * &jacobian)) * 2.0;
@@ -132,6 +143,10 @@ impl<'a> Problem<'a> {
             });
             let (lower, upper) = (coordinates.lower.clone(), coordinates.upper.clone());
             let end = STEP.minimise(&x, &lower, &upper, metric.as_ref(), |x, gradient| {
+                if stop.is_stopped() {
+                    // No step is taken there, so the descent ends.
+                    return f64::INFINITY;
+                }
                 coordinates.point(x, &mut point, Some(&mut jacobian));
                 let value = likelihood.evaluate(&point, &mut inner);
                 let full = DMatrix::from_column_slice(1, count, &inner) * &jacobian;

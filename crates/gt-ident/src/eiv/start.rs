@@ -1,5 +1,6 @@
 //! Starting points of one output without any outside help.
 
+use gt_core::Stop;
 use nalgebra::{DMatrix, DVector};
 
 use super::moments::Moments;
@@ -25,7 +26,7 @@ pub(super) struct Start {
 /// this is a generalised eigenvalue problem (iterated generalised total least squares, Pintelon
 /// and Schoukens, System Identification, 2012, chapter 9); its smallest eigenvalue is the factor.
 /// The directions mix the intercepts of the Frisch surface (`largest`).
-pub(super) fn starts(moments: &Moments<'_>, largest: &[f64]) -> Vec<Start> {
+pub(super) fn starts(moments: &Moments<'_>, largest: &[f64], stop: &dyn Stop) -> Vec<Start> {
     let inputs = largest.len() - 1;
     let mut starts = Vec::new();
     let first = [vec![1.0; moments.frequencies()], moments.output_spectrum()];
@@ -42,6 +43,9 @@ pub(super) fn starts(moments: &Moments<'_>, largest: &[f64]) -> Vec<Start> {
                 })
                 .collect();
             for weight in &first {
+                if stop.is_stopped() {
+                    return starts;
+                }
                 starts.extend(along(moments, &direction, weight.clone()));
             }
         }

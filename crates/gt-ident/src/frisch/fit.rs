@@ -1,6 +1,6 @@
 //! The dynamic Frisch scheme for one output.
 
-use gt_core::{Dataset, DimensionError};
+use gt_core::{Dataset, DimensionError, Never, Stop};
 
 use super::covariance::{LaggedCovariance, ScaledRecord};
 use super::criterion::{Criterion, Objective};
@@ -66,7 +66,7 @@ impl Frisch {
         let record = ScaledRecord::new(data, output)?;
         let max_lag = self.criterion.max_lag(self.lags.order());
         let covariance = LaggedCovariance::of_scaled(&record, max_lag)?;
-        let chosen = self.choose(&covariance)?;
+        let chosen = self.choose(&covariance, &Never)?;
         let errors = noise_errors(&self.lags, &record, &covariance, &chosen.1);
         self.estimate(&covariance, chosen, &errors, output)
     }
@@ -82,7 +82,7 @@ impl Frisch {
         covariance: &LaggedCovariance,
     ) -> Result<FrischEstimate, IdentError> {
         let exact = vec![0.0; covariance.scales().len()];
-        self.estimate(covariance, self.choose(covariance)?, &exact, 0)
+        self.estimate(covariance, self.choose(covariance, &Never)?, &exact, 0)
     }
 
     fn estimate(
@@ -107,6 +107,7 @@ impl Frisch {
     pub(crate) fn choose(
         &self,
         covariance: &LaggedCovariance,
+        stop: &dyn Stop,
     ) -> Result<(AdmissibleSurface, SurfacePoint, f64), IdentError> {
         let objective = Objective::new(&self.lags, self.criterion, covariance)?;
         let surface = objective.surface();
@@ -116,9 +117,14 @@ impl Frisch {
             surface.along(&direction)
         };
         let value_at = |shares: &[f64]| {
+            if stop.is_stopped() {
+                return f64::INFINITY;
+            }
             point_at(shares).map_or(f64::INFINITY, |point| objective.value(&point))
         };
-        let Some((shares, value)) = least_shares(surface.intercepts().len(), value_at) else {
+        let least = least_shares(surface.intercepts().len(), value_at);
+        stop.check()?;
+        let Some((shares, value)) = least else {
             return Err(IdentError::NoRelation {
                 output: covariance.names()[0].clone(),
             });

@@ -31,6 +31,6 @@ pub use criterion_kind::{CRITERION_LAGS, CriterionKind};
 pub use estimate::{BOUNDARY_SHARE, FrischEstimate, FrischNoise};
 pub use fit::Frisch;
 pub use moments::{MomentsEstimate, WeightedMoments};
-pub use order::{FrischOrderRow, FrischOrderTable, frisch_order_table};
+pub use order::{FrischOrderRow, FrischOrderTable, frisch_order_table, frisch_order_table_until};
 pub use shared::SharedFrischEstimate;
 pub use surface::{AdmissibleSurface, SurfacePoint};

@@ -1,6 +1,6 @@
 //! Optimally weighted moments: the extended compensated least squares.
 
-use gt_core::Dataset;
+use gt_core::{Dataset, Never, Stop};
 use nalgebra::{Cholesky, DVector};
 
 use super::covariance::{LaggedCovariance, ScaledRecord};
@@ -83,7 +83,7 @@ impl WeightedMoments {
         let record = ScaledRecord::new(data, output)?;
         let max_lag = criterion.max_lag(self.lags.order());
         let covariance = LaggedCovariance::of_scaled(&record, max_lag)?;
-        let (system, solution) = weighted(&frisch, &record, &covariance)?;
+        let (system, solution) = weighted(&frisch, &record, &covariance, &Never)?;
         let singular = || IdentError::MomentsSingular {
             output: record.names[0].clone(),
         };
@@ -121,8 +121,9 @@ pub(crate) fn weighted(
     frisch: &Frisch,
     record: &ScaledRecord,
     covariance: &LaggedCovariance,
+    stop: &dyn Stop,
 ) -> Result<(MomentSystem, Solution), IdentError> {
-    let (surface, mut point, start_value) = frisch.choose(covariance)?;
+    let (surface, mut point, start_value) = frisch.choose(covariance, stop)?;
     for (variance, largest) in point.variances.iter_mut().zip(surface.intercepts()) {
         *variance = variance.max(LEAST_SHARE * largest);
     }
@@ -132,6 +133,7 @@ pub(crate) fn weighted(
     };
     let mut root = system.weight_root(&point).ok_or_else(singular)?;
     for _ in 0..REWEIGHTINGS {
+        stop.check()?;
         point = solve(&system, point, &root).ok_or_else(singular)?;
         root = system.weight_root(&point).ok_or_else(singular)?;
     }

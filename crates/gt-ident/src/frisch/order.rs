@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use gt_core::Dataset;
+use gt_core::{Dataset, Never, Stop};
 use serde::{Deserialize, Serialize};
 
 use super::covariance::{LaggedCovariance, ScaledRecord};
@@ -78,6 +78,20 @@ pub fn frisch_order_table(
     orders: RangeInclusive<usize>,
     nk: &[usize],
 ) -> Result<FrischOrderTable, IdentError> {
+    frisch_order_table_until(data, output, orders, nk, &Never)
+}
+
+/// As [`frisch_order_table`], until `stop` wants it to end.
+///
+/// # Errors
+/// As [`frisch_order_table`]; [`IdentError::Stopped`].
+pub fn frisch_order_table_until(
+    data: &Dataset,
+    output: usize,
+    orders: RangeInclusive<usize>,
+    nk: &[usize],
+    stop: &dyn Stop,
+) -> Result<FrischOrderTable, IdentError> {
     let (first, last) = (*orders.start(), *orders.end());
     if first == 0 || first > last {
         return Err(IdentError::OrderRange { first, last });
@@ -89,7 +103,7 @@ pub fn frisch_order_table(
     check_rows(&highest, criterion, data.len())?;
     let record = ScaledRecord::new(data, output)?;
     let covariance = LaggedCovariance::of_scaled(&record, criterion.max_lag(last))?;
-    let rows = orders.map(|order| row(order, nk, &record, &covariance));
+    let rows = orders.map(|order| row(order, nk, &record, &covariance, stop));
     Ok(FrischOrderTable {
         rows: rows.collect::<Result<_, _>>()?,
         window_rows: covariance.window_rows(),
@@ -101,25 +115,29 @@ fn row(
     nk: &[usize],
     record: &ScaledRecord,
     covariance: &LaggedCovariance,
+    stop: &dyn Stop,
 ) -> Result<FrischOrderRow, IdentError> {
     let lags = EivLags::new(order, nk.to_vec())?;
     let longer = EivLags::new(order + 1, nk.to_vec())?;
     let frisch = Frisch::new(lags.clone()).criterion(Criterion::HighOrderYuleWalker { lags: LAGS });
-    let (yule_walker, statistic) = match weighted(&frisch, record, covariance) {
+    let (yule_walker, statistic) = match weighted(&frisch, record, covariance, stop) {
         Ok((_, solution)) => (solution.start_value, Some(solution.statistic)),
         // Beyond the true order a cancelling factor may leave the moments singular.
-        Err(IdentError::MomentsSingular { .. }) => (frisch.choose(covariance)?.2, None),
+        Err(IdentError::MomentsSingular { .. }) => (frisch.choose(covariance, stop)?.2, None),
         Err(error) => return Err(error),
     };
+    let surfaces = (
+        AdmissibleSurface::new(&lags, covariance)?,
+        AdmissibleSurface::new(&longer, covariance)?,
+    );
+    let gap = surface_gap(&surfaces.0, &surfaces.1, stop);
+    stop.check()?;
     let moments = (1 + lags.inputs()) * (covariance.max_lag() + 1);
     let degrees_of_freedom = moments.saturating_sub(lags.parameters() + 1 + lags.inputs());
     let penalty = degrees_of_freedom as f64 * (covariance.window_rows() as f64).ln();
     Ok(FrischOrderRow {
         order,
-        surface_gap: surface_gap(
-            &AdmissibleSurface::new(&lags, covariance)?,
-            &AdmissibleSurface::new(&longer, covariance)?,
-        ),
+        surface_gap: gap,
         yule_walker,
         rank_ratio: rank_ratio(&lags, covariance),
         statistic,
@@ -129,8 +147,11 @@ fn row(
 }
 
 /// The least of `1 - |P'| / |P|` over rays, `P` and `P'` on the surfaces of order `n` and `n + 1`.
-fn surface_gap(surface: &AdmissibleSurface, longer: &AdmissibleSurface) -> f64 {
+fn surface_gap(surface: &AdmissibleSurface, longer: &AdmissibleSurface, stop: &dyn Stop) -> f64 {
     let gap = |shares: &[f64]| {
+        if stop.is_stopped() {
+            return f64::INFINITY;
+        }
         let pairs = shares.iter().zip(surface.intercepts());
         let direction: Vec<f64> = pairs.map(|(share, largest)| share * largest).collect();
         let lengths = (

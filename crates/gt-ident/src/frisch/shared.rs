@@ -1,6 +1,6 @@
 //! The Frisch scheme for several outputs with the noise of their inputs in common.
 
-use gt_core::Dataset;
+use gt_core::{Dataset, Never, Stop};
 use nalgebra::DVector;
 
 use super::covariance::{LaggedCovariance, ScaledRecord};
@@ -42,6 +42,19 @@ impl Frisch {
     /// What [`Frisch::fit`] refuses, for any output; [`IdentError::NoOutputs`];
     /// [`IdentError::NoRelation`] where no point that all outputs admit has their relations.
     pub fn fit_shared(&self, data: &Dataset) -> Result<SharedFrischEstimate, IdentError> {
+        self.fit_shared_until(data, &Never)
+    }
+
+    /// As [`Frisch::fit_shared`], until `stop` wants it to end; it is asked at every evaluation of
+    /// the criterion.
+    ///
+    /// # Errors
+    /// As [`Frisch::fit_shared`]; [`IdentError::Stopped`].
+    pub fn fit_shared_until(
+        &self,
+        data: &Dataset,
+        stop: &dyn Stop,
+    ) -> Result<SharedFrischEstimate, IdentError> {
         self.check(data)?;
         let max_lag = self.selection().max_lag(self.lags().order());
         let records = (0..data.ny())
@@ -61,13 +74,18 @@ impl Frisch {
 
         let largest = common_intercepts(&objectives);
         let value_at = |inputs: &[f64]| -> f64 {
+            if stop.is_stopped() {
+                return f64::INFINITY;
+            }
             let values = objectives.iter().map(|objective| {
                 let point = objective.surface().at_inputs(inputs);
                 point.map_or(f64::INFINITY, |point| objective.value(&point))
             });
             values.sum()
         };
-        let Some((inputs, criterion_value)) = least_inputs(&largest, value_at) else {
+        let least = least_inputs(&largest, value_at);
+        stop.check()?;
+        let Some((inputs, criterion_value)) = least else {
             return Err(IdentError::NoRelation {
                 output: first.names()[0].clone(),
             });
@@ -91,6 +109,7 @@ impl Frisch {
             found.rows.push(row);
             found.output_noise[output] = noise.output;
             found.input_noise = noise.inputs;
+            stop.check()?;
             let errors = noise_errors(self.lags(), record, covariance, &point);
             let mut known = channel_noise(&point, surface.intercepts(), &errors, scales, output);
             let inputs = known.split_off(1);

@@ -14,7 +14,7 @@ pub use cross_correlation::CrossCorrelation;
 pub use options::{RecordOrigin, ResidualOptions};
 pub use verdict::{OutputVerdict, ResidualVerdict, Verdict};
 
-use gt_core::{Dataset, Signal, index_of};
+use gt_core::{Dataset, Never, Signal, Stop, index_of};
 use serde::{Deserialize, Serialize};
 
 use crate::{ArxModel, Channel, IdentError};
@@ -54,6 +54,19 @@ pub fn test_residuals(
     data: &Dataset,
     options: &ResidualOptions,
 ) -> Result<ResidualReport, IdentError> {
+    test_residuals_until(model, data, options, &Never)
+}
+
+/// As [`test_residuals`], until `stop` wants it to end; it is asked before each test.
+///
+/// # Errors
+/// As [`test_residuals`]; [`IdentError::Stopped`].
+pub fn test_residuals_until(
+    model: &ArxModel,
+    data: &Dataset,
+    options: &ResidualOptions,
+    stop: &dyn Stop,
+) -> Result<ResidualReport, IdentError> {
     let residuals = Residuals::new(model, data, options)?;
     let significance = options.significance;
     let direct = model
@@ -77,12 +90,14 @@ pub fn test_residuals(
         independence: Vec::with_capacity(data.ny()),
     };
     for (output, signal) in data.outputs().iter().enumerate() {
+        stop.check()?;
         let auto = Autocorrelation::new(&residuals, output, &signal.name, significance);
         report
             .ljung_box
             .push(whiteness::ljung_box(&residuals, &auto, output));
         report.autocorrelations.push(auto);
         for (input, other) in data.inputs().iter().enumerate() {
+            stop.check()?;
             report.cross_correlations.push(CrossCorrelation::new(
                 &residuals,
                 (output, input),
@@ -91,6 +106,7 @@ pub fn test_residuals(
                 significance,
             ));
         }
+        stop.check()?;
         report.independence.push(cross_correlation::independence(
             &residuals, output, &inputs, &past_lags,
         ));

@@ -1,8 +1,9 @@
 //! Whether the one-step errors are white, and independent of the inputs.
 
-use gtfdi::core::Dataset;
+use gtfdi::core::{Dataset, Stop, Stopped};
 use gtfdi::ident::{
-    Autocorrelation, ChiSquareTest, CrossCorrelation, ResidualOptions, test_residuals,
+    Autocorrelation, ChiSquareTest, CrossCorrelation, IdentError, ResidualOptions,
+    test_residuals_until,
 };
 
 use super::{ModelReport, fold};
@@ -22,18 +23,20 @@ pub(super) fn section(
     figures: &mut Vec<Figure>,
     report: &ModelReport,
     data: &Dataset,
-) {
+    stop: &dyn Stop,
+) -> Result<(), Stopped> {
     page.section("residuals", "One-step errors");
     if report.noise.is_some() {
         page.paragraph("Not tested: the noise on the inputs colours them.");
-        return;
+        return Ok(());
     }
     let options = ResidualOptions::for_residuals(data.len().saturating_sub(report.model.max_lag()));
-    let found = match test_residuals(report.model, data, &options) {
+    let found = match test_residuals_until(report.model, data, &options, stop) {
         Ok(found) => found,
+        Err(IdentError::Stopped(stopped)) => return Err(stopped),
         Err(error) => {
             page.paragraph(&format!("Not tested: {error}."));
-            return;
+            return Ok(());
         }
     };
     let p_value = |test: Option<&ChiSquareTest>| match test {
@@ -75,6 +78,7 @@ pub(super) fn section(
     let rest: Vec<Figure> = all_figures.cloned().collect();
     fold(page, "More correlations", &rest);
     figures.extend(all);
+    Ok(())
 }
 
 fn auto((place, own): (usize, &Autocorrelation)) -> Figure {

@@ -9,7 +9,7 @@ mod roots;
 pub(crate) use response::response_figures;
 pub(crate) use roots::pole_figures;
 
-use gtfdi::core::Dataset;
+use gtfdi::core::{Dataset, Stop, Stopped};
 use gtfdi::ident::eiv::EivModel;
 use gtfdi::ident::{ArxModel, Start, Validation, exact_coefficients};
 use nalgebra::DMatrix;
@@ -76,7 +76,14 @@ pub struct Orders {
 
 /// The report of a model: its equations with their errors, predictions and free runs on the
 /// validation records, tests of the one-step errors, poles, zeros and frequency responses.
-pub fn model_report(report: &ModelReport, provenance: &Provenance) -> Document {
+///
+/// # Errors
+/// [`Stopped`] where `stop` wants the work to end.
+pub fn model_report(
+    report: &ModelReport,
+    provenance: &Provenance,
+    stop: &dyn Stop,
+) -> Result<Document, Stopped> {
     let model = report.model;
     let validated: usize = report.validation.iter().map(|data| data.len()).sum();
     let lead = format!(
@@ -111,8 +118,9 @@ pub fn model_report(report: &ModelReport, provenance: &Provenance) -> Document {
              the inputs alone. They are on the longest validation record.",
         );
         show(&mut page, &mut figures, behaviour::figures(report, data));
-        correlation::section(&mut page, &mut figures, report, data);
+        correlation::section(&mut page, &mut figures, report, data, stop)?;
     }
+    stop.check()?;
     equations::section(&mut page, report);
     let certainty = Certainty::of(model, report.covariances);
     roots::section(&mut page, &mut figures, model, &certainty);
@@ -127,10 +135,10 @@ pub fn model_report(report: &ModelReport, provenance: &Provenance) -> Document {
         );
         figures.extend(record);
     }
-    Document {
+    Ok(Document {
         html: provenance.finish(page),
         figures,
-    }
+    })
 }
 
 /// Puts figures on the page and keeps them for their files.

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use gt_campaign::reports::isolation_report;
 use gt_log::{Imported, Resampled, RunMetadata, write_diagnoses};
+use gtfdi::core::Never;
 use gtfdi::fdi::{IsolationRun, Isolator, MeanTime, NamedAlarm, NamedHypothesis, StatisticKind};
 use serde::Serialize;
 
@@ -93,7 +94,8 @@ pub fn detect<'a>(
     write_report(args.report.as_ref(), || {
         let files = super::sources(path, imported, args);
         let source = provenance(files, "detect", args, &warnings)?;
-        isolation_report(isolator, data, &source).map_err(|error| Failure::in_file(path, error))
+        isolation_report(isolator, data, &source, &Never)
+            .map_err(|error| Failure::in_file(path, error))
     })?;
     Ok(Report {
         schema_version: SCHEMA_VERSION,

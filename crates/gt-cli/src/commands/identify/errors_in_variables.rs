@@ -1,11 +1,11 @@
 //! Errors-in-variables methods: noise on the inputs too.
 
+use gt_campaign::reports::OrderComparison;
 use gt_log::ModelKind;
 use gtfdi::ident::IdentError;
 use gtfdi::ident::eiv::{EivIdentification, EivMethod};
 use gtfdi::ident::frisch::CriterionKind;
 
-use super::orders::Orders;
 use super::records::Records;
 use super::structure::parse_order;
 use super::{Identified, Model};
@@ -57,7 +57,7 @@ pub fn identify(
     Ok(Identified {
         model: Model::Eiv(kind, found.model),
         covariances: None,
-        orders: found.orders.map(Orders::Eiv),
+        orders: found.orders.map(OrderComparison::Eiv),
         constrained: None,
         refined: None,
         warnings: found.remarks.iter().map(ToString::to_string).collect(),

@@ -1,10 +1,10 @@
 //! Least squares: the inputs are exact.
 
+use gt_campaign::reports::OrderComparison;
 use gtfdi::ident::{Arx, ArxFit, ArxStructure, EquationErrors, IdentError, Solver};
 
 use super::centre::centre;
 use super::constraints::Constraints;
-use super::orders::Orders;
 use super::records::Records;
 use super::refinement::refine;
 use super::structure::{Chosen, choose};
@@ -39,7 +39,7 @@ pub fn identify(args: &IdentifyArgs, records: &Records) -> Result<Identified, Fa
     Ok(Identified {
         model: Model::Arx(model),
         covariances,
-        orders: orders.map(Orders::Arx),
+        orders: orders.map(OrderComparison::Arx),
         constrained,
         refined,
         warnings,

@@ -12,16 +12,16 @@ mod refinement;
 mod report;
 mod structure;
 
-use gt_campaign::reports::{ModelReport, model_report};
+use gt_campaign::reports::{ModelReport, OrderComparison, model_report};
 use gt_log::{LogError, ModelFile, ModelKind, write_json};
-use gtfdi::core::Dataset;
+use gtfdi::core::{Dataset, Never};
 use gtfdi::ident::constrained::ConstrainedRow;
 use gtfdi::ident::eiv::EivModel;
 use gtfdi::ident::output_error::RefinedOutput;
 use gtfdi::ident::{ArxModel, Start, Validation, ValidationOptions, validate_records};
 use nalgebra::DMatrix;
 
-use self::orders::{Orders, check_plot};
+use self::orders::{check_plot, plot};
 use self::records::{Records, Source};
 use self::report::{Report, output_reports, standard_errors, text};
 use super::SCHEMA_VERSION;
@@ -39,7 +39,7 @@ struct Identified {
     model: Model,
     /// Covariances of the coefficients of each row, where they are those of least squares.
     covariances: Option<Vec<DMatrix<f64>>>,
-    orders: Option<Orders>,
+    orders: Option<OrderComparison>,
     constrained: Option<Vec<ConstrainedRow>>,
     refined: Option<Vec<RefinedOutput>>,
     warnings: Vec<String>,
@@ -109,7 +109,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
     let scores = validate_records(model, &validation, options)
         .map_err(|error| records.refused_validation(&error))?;
     if let (Some(path), Some(orders)) = (&args.plot, &identified.orders) {
-        orders.plot(path)?;
+        plot(orders, path)?;
     }
     // The file has room for one digest.
     let only = match &records.sources[..] {
@@ -126,7 +126,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         let files = files.map(|own| (own.data.as_path(), Some(own.input_sha256.as_str())));
         let source = provenance(files, "identify", &args, &warnings)?;
         let page = page(&identified, method, &records, &validation, &scores, start);
-        Ok(model_report(&page, &source))
+        model_report(&page, &source, &Never).map_err(Failure::failed)
     })?;
     let spectral_radius = model
         .state_space()
@@ -159,7 +159,7 @@ pub fn run(args: &IdentifyArgs, global: &GlobalArgs) -> Result<Outcome, Failure>
         noise_variances: eiv.map(noise_variances),
         noise: eiv.map(noise_reports),
         order_table: identified.orders.as_ref(),
-        order_reason: identified.orders.as_ref().map(Orders::reason),
+        order_reason: identified.orders.as_ref().map(OrderComparison::reason),
         input_sha256,
         warnings,
         plot: args.plot.as_deref(),
@@ -197,7 +197,7 @@ fn page<'a>(
         validation,
         scores,
         start,
-        orders: identified.orders.as_ref().map(Orders::shown),
+        orders: identified.orders.as_ref().map(OrderComparison::shown),
         findings,
     }
 }

@@ -1,5 +1,6 @@
 //! What `gtfdi identify` says: one JSON object, or a table.
 
+use gt_campaign::reports::OrderComparison;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -9,7 +10,6 @@ use gtfdi::ident::output_error::RefinedOutput;
 use gtfdi::ident::{ArxModel, ArxStructure, ResidualVerdict, Start, Validation};
 use serde::Serialize;
 
-use super::orders::Orders;
 use super::records::Source;
 use crate::cli::Method;
 use crate::commands::equation::{RegressionTerm, regressions};
@@ -53,7 +53,7 @@ pub struct Report<'a> {
     pub noise_variances: Option<BTreeMap<&'a str, f64>>,
     /// The same with what is known of them, outputs first.
     pub noise: Option<Vec<NoiseReport<'a>>>,
-    pub order_table: Option<&'a Orders>,
+    pub order_table: Option<&'a OrderComparison>,
     pub order_reason: Option<String>,
     /// Of the record, where there is one only.
     pub input_sha256: Option<&'a str>,

@@ -1,6 +1,6 @@
 //! What an isolator says of a record.
 
-use gt_core::Dataset;
+use gt_core::{Dataset, Never, Stop};
 use serde::Serialize;
 
 use super::isolator::Isolator;
@@ -114,6 +114,19 @@ impl Isolator {
     pub fn run_with(
         &self,
         data: &Dataset,
+        watch: impl FnMut(&IsolationVerdict),
+    ) -> Result<IsolationRun, FdiError> {
+        self.run_until(data, &Never, watch)
+    }
+
+    /// The same, until `stop` wants it to end; it is asked at every sample.
+    ///
+    /// # Errors
+    /// As [`Isolator::run`]; [`FdiError::Stopped`].
+    pub fn run_until(
+        &self,
+        data: &Dataset,
+        stop: &dyn Stop,
         mut watch: impl FnMut(&IsolationVerdict),
     ) -> Result<IsolationRun, FdiError> {
         let (inputs, outputs) = (self.inputs(), self.outputs());
@@ -127,6 +140,7 @@ impl Isolator {
         };
         let start_s = data.time_s(0);
         for sample in 0..data.len() {
+            stop.check()?;
             let (u, y) = channels.at(sample);
             let events = monitor.step(data.time_s(sample), u, y)?.to_vec();
             run.take(&events, monitor.diagnosis());
