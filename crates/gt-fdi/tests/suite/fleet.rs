@@ -51,7 +51,7 @@ fn generator(nx: usize, ny: usize, seed: u64) -> Option<ResidualGenerator> {
     let poles: Vec<f64> = draws.iter().take(nx).map(|draw| draw.tanh()).collect();
     let point = OperatingPoint {
         u: DVector::from_vec(vec![3.0, 0.0]),
-        y: DVector::from_element(ny, if seed % 2 == 0 { 10.0 } else { 0.0 }),
+        y: DVector::from_element(ny, if seed.is_multiple_of(2) { 10.0 } else { 0.0 }),
     };
     let b = DMatrix::from_column_slice(nx, 2, &draws[nx..3 * nx]);
     if ny == 1 {
