@@ -7,12 +7,16 @@ use crate::pipeline::{Alarm, AlarmEvent, AlarmState};
 /// Closed alarms that are kept.
 const KEPT_ALARMS: usize = 10_000;
 /// Events of one alarm that are kept: all of the usual alarm's.
-const KEPT_EVENTS: usize = 200;
+const KEPT_EVENTS: usize = 100;
+/// Events of all alarms for which closed ones are kept, some 50 MB.
+const KEPT_IN_ALL: usize = 50_000;
 
 /// All alarms with their events.
 #[derive(Debug, Default)]
 pub struct History {
     alarms: BTreeMap<u64, Entry>,
+    /// Events of all alarms.
+    events: usize,
     /// The largest number ever given.
     largest_id: u64,
 }
@@ -37,15 +41,19 @@ impl History {
             if entry.events.len() >= KEPT_EVENTS {
                 // The first says how it began.
                 entry.events.remove(1);
+                self.events -= 1;
             }
             entry.events.push(event);
+            self.events += 1;
         }
-        while self.alarms.len() > KEPT_ALARMS {
+        while self.alarms.len() > KEPT_ALARMS || self.events > KEPT_IN_ALL {
             let closed = self.alarms.iter().find(|(_, entry)| !entry.alarm.is_open());
             let Some(oldest) = closed.map(|(id, _)| *id) else {
                 break;
             };
-            self.alarms.remove(&oldest);
+            if let Some(entry) = self.alarms.remove(&oldest) {
+                self.events -= entry.events.len();
+            }
         }
     }
 
@@ -92,8 +100,8 @@ mod tests {
     use super::*;
     use crate::pipeline::{AlarmList, AlarmOptions, Condition};
 
-    #[test]
-    fn memory_stays_bounded() {
+    /// The events of an alarm that was raised, seen and ended.
+    fn events_of_one() -> Vec<AlarmEvent> {
         let mut list = AlarmList::new("gt1", "bank", AlarmOptions::default());
         let condition = Condition {
             key: 0,
@@ -107,19 +115,54 @@ mod tests {
         list.acknowledge(1, "a", "", 1).unwrap();
         list.end(0, 10);
         list.advance(20_000, true, || 0);
-        let events = list.take_events();
+        list.take_events()
+    }
+
+    fn remember(history: &mut History, events: &[AlarmEvent], id: u64) {
+        for event in events {
+            let mut event = event.clone();
+            event.alarm.id = id;
+            history.remember(event);
+        }
+    }
+
+    #[test]
+    fn memory_stays_bounded() {
+        let events = events_of_one();
         let mut history = History::default();
         for id in 1..=12_000 {
-            for event in &events {
-                let mut event = event.clone();
-                event.alarm.id = id;
-                history.remember(event);
-            }
+            remember(&mut history, &events, id);
         }
         assert_eq!(history.alarms().count(), KEPT_ALARMS);
         assert_eq!(history.alarms().next().unwrap().id, 12_000);
         assert!(history.alarm(2000).is_none());
         assert_eq!(history.largest_id(), 12_000);
         assert_eq!(history.events().count(), KEPT_ALARMS * events.len());
+    }
+
+    /// An alarm that keeps coming back has its first event and its last ones, and many such alarms give
+    /// way to newer ones once they are closed.
+    #[test]
+    fn alarms_that_come_back_stay_bounded() {
+        let events = events_of_one();
+        let mut history = History::default();
+        for id in 1..=1000 {
+            for _ in 0..KEPT_EVENTS {
+                remember(&mut history, &events, id);
+            }
+        }
+        let (_, kept) = history.alarm(1000).unwrap();
+        assert_eq!(kept.len(), KEPT_EVENTS);
+        assert_eq!(kept[0].event, events[0].event);
+        assert_eq!(history.events().count(), KEPT_IN_ALL);
+        assert_eq!(history.alarms().count(), KEPT_IN_ALL / KEPT_EVENTS);
+        // Open ones are never forgotten.
+        let mut history = History::default();
+        for id in 1..=1000 {
+            for _ in 0..KEPT_EVENTS {
+                remember(&mut history, &events[..1], id);
+            }
+        }
+        assert_eq!(history.alarms().count(), 1000);
     }
 }

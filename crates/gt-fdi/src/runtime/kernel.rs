@@ -1,8 +1,10 @@
 //! A step of a small generator with nothing missing and nothing huge.
 
+use core::hint::black_box;
+
 use super::blocks::{LANES, SUMS, add_products, add_terms, in_pairs};
 use super::rows::Rows;
-use super::wide::{Simd, registers_mut};
+use super::wide::{Simd, registers, registers_mut};
 
 /// An output further than this from its operating point, in any unit, is judged but kept out of
 /// the state: half of the range of doubles, so that no product with a sane gain overflows.
@@ -36,9 +38,12 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
         sample: (&[f64; NU], &[f64; NY]),
         x: &[f64; LANES],
     ) -> Option<([f64; NY], [f64; LANES])> {
-        let mut sizes = Sizes::none(simd);
-        let (residuals, next) = self.look(simd, sample, x, &mut sizes);
-        sizes.are_safe(simd).then_some((residuals, next))
+        let (du, dy) = self.deviations(sample);
+        let (residuals, next) = self.equations(simd, (du, dy), x);
+        let corrects = |dy: &f64| dy.abs() <= LARGEST_CORRECTION;
+        // An input that is not finite leaves no finite state.
+        let fair = dy.iter().all(corrects) & all_finite(&residuals) & all_finite(&next);
+        fair.then_some((residuals, next))
     }
 
     /// Samples one after the other, with their residuals (samples x NY); `false`, and neither
@@ -54,25 +59,37 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
         let mut sizes = Sizes::none(simd);
         let samples = u.arrays::<NU>().zip(y.arrays::<NY>());
         for (sample, residuals) in samples.zip(residuals) {
-            (*residuals, *x) = self.look(simd, sample, x, &mut sizes);
+            // By way of memory: in registers the compiler may put a deviation beside a number that
+            // waits for the state, and the next state would wait for both, half of its time.
+            let deviations = black_box(self.deviations(sample));
+            (*residuals, *x) = self.equations(simd, deviations, x);
+            sizes.add(simd, residuals, x);
         }
         sizes.are_safe(simd)
+    }
+
+    /// Inputs and outputs from the operating point.
+    #[inline(always)]
+    fn deviations(&self, (u, y): (&[f64; NU], &[f64; NY])) -> ([f64; NU], [f64; NY]) {
+        let (mut du, mut dy) = (*u, *y);
+        for (du, u0) in du.iter_mut().zip(self.u0) {
+            *du -= u0;
+        }
+        for (dy, y0) in dy.iter_mut().zip(self.y0) {
+            *dy -= y0;
+        }
+        (du, dy)
     }
 
     /// Adds in the order of [`Blocks::times`](super::blocks::Blocks::times), [`dot`] and
     /// [`dot_in_order`].
     #[inline(always)]
-    fn look<S: Simd>(
+    fn equations<S: Simd>(
         &self,
         simd: S,
-        (u, y): (&[f64; NU], &[f64; NY]),
+        (du, dy): ([f64; NU], [f64; NY]),
         x: &[f64; LANES],
-        sizes: &mut Sizes<S>,
     ) -> ([f64; NY], [f64; LANES]) {
-        let mut du = *u;
-        for (du, u0) in du.iter_mut().zip(self.u0) {
-            *du -= u0;
-        }
         let (mut of_inputs, mut of_state) = ([0.0; LANES], [0.0; LANES]);
         for register in 0..NY.div_ceil(S::F64_LANES) {
             let mut sums = [simd.splat_f64s(0.0); SUMS];
@@ -82,11 +99,9 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
             add_products(simd, &mut sums, self.c, x, register);
             registers_mut::<S>(&mut of_state)[register] = in_pairs(simd, sums);
         }
-        let (mut dy, mut residuals) = ([0.0; NY], [0.0; NY]);
+        let mut residuals = [0.0; NY];
         for output in 0..NY {
-            dy[output] = y[output] - self.y0[output];
             residuals[output] = dy[output] - of_state[output] - of_inputs[output];
-            sizes.of_residuals += residuals[output] * residuals[output];
         }
         let mut next = [0.0; LANES];
         for (register, next) in registers_mut::<S>(&mut next).iter_mut().enumerate() {
@@ -95,8 +110,6 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
             add_terms(simd, &mut sums[..1], self.gain, &dy, register);
             add_terms(simd, &mut sums, self.a, x, register);
             *next = in_pairs(simd, sums);
-            // An input that is not finite leaves no finite state.
-            sizes.of_state = simd.mul_add_f64s(*next, *next, sizes.of_state);
         }
         (residuals, next)
     }
@@ -116,6 +129,16 @@ impl<S: Simd> Sizes<S> {
         Self {
             of_residuals: 0.0,
             of_state: simd.splat_f64s(0.0),
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, simd: S, residuals: &[f64], x: &[f64; LANES]) {
+        for residual in residuals {
+            self.of_residuals += residual * residual;
+        }
+        for &x in registers::<S>(x) {
+            self.of_state = simd.mul_add_f64s(x, x, self.of_state);
         }
     }
 
