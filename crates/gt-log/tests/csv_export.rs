@@ -254,6 +254,11 @@ fn lines_before_the_header_are_passed_over_when_asked() {
         read(text, header(0)).unwrap_err(),
         "--header-line: expected a line from 1 on, found 0"
     );
+    // Commas in quotes, and decimal ones outside, do not separate.
+    let text = "time;\"u, in C\";x 2,5 m;y\n0;1;1;2,5\n1;2;1;3,5\n";
+    let imported = read(text, Reading::default()).unwrap();
+    assert_eq!(y(&imported), [2.5, 3.5]);
+    assert_eq!(imported.warnings, [Warning::DecimalComma]);
     for rows in ["0;1;2\n", "0;0,5;2\n1;1,5;2\n"] {
         let text = format!("Report of unit A\n\ntime;y;u\n{rows}");
         assert_eq!(

@@ -8,7 +8,7 @@ use crate::pipeline::{Alarm, AlarmEvent, AlarmState};
 const KEPT_ALARMS: usize = 10_000;
 /// Events of one alarm that are kept: all of the usual alarm's.
 const KEPT_EVENTS: usize = 100;
-/// Events of all alarms for which closed ones are kept, some 50 MB.
+/// Events of all alarms up to which closed ones are kept, some 50 MB. Open ones are never forgotten.
 const KEPT_IN_ALL: usize = 50_000;
 
 /// All alarms with their events.
@@ -47,7 +47,11 @@ impl History {
             self.events += 1;
         }
         while self.alarms.len() > KEPT_ALARMS || self.events > KEPT_IN_ALL {
-            let closed = self.alarms.iter().find(|(_, entry)| !entry.alarm.is_open());
+            // What has just been said is asked for next, and the largest number is known by its alarm.
+            let may_go = |(own, entry): &(&u64, &Entry)| {
+                **own != id && **own != self.largest_id && !entry.alarm.is_open()
+            };
+            let closed = self.alarms.iter().find(may_go);
             let Some(oldest) = closed.map(|(id, _)| *id) else {
                 break;
             };
@@ -164,5 +168,11 @@ mod tests {
             }
         }
         assert_eq!(history.alarms().count(), 1000);
+        // Nor is the one that closes meanwhile, until another one does.
+        remember(&mut history, &events, 1001);
+        assert!(!history.alarm(1001).unwrap().0.is_open());
+        remember(&mut history, &events, 1002);
+        assert!(history.alarm(1001).is_none() && history.alarm(1002).is_some());
+        assert_eq!(history.largest_id(), 1002);
     }
 }

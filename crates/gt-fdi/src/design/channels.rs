@@ -13,8 +13,8 @@ const SAMPLE_TIME_TOLERANCE: f64 = 1e-6;
 /// Samples that are copied at once where channels do not lie as asked for.
 const COPIED: usize = 256;
 
-/// The rows of a record that hold some inputs and outputs, in the order asked for, and a buffer
-/// for one sample of them. Either may come from either side of the record.
+/// The rows of a record that hold some inputs and outputs, in the order asked for, and room for
+/// copies of their samples. Either may come from either side of the record.
 pub(super) struct Channels<'a> {
     data: &'a Dataset,
     inputs: Vec<usize>,

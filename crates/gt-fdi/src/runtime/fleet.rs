@@ -20,7 +20,8 @@ const BLOCK: usize = 2;
 /// Deviations and states with squares up to this are computed many at once without looking at each
 /// result.
 const SAFE: f64 = 1e200;
-/// How much larger than the root of [`SAFE`] everything may become meanwhile; far from the largest double.
+/// How much larger than the root of [`SAFE`] everything may become meanwhile; far from the largest
+/// double.
 const HEADROOM: f64 = 1e190;
 
 /// One state of the streams of a tile, where a register never lies across two lines of the cache.
@@ -298,6 +299,7 @@ impl Samples<'_> {
             let samples = begin..self.count.min(begin + self.fleet.horizon);
             let mut first = 0;
             loop {
+                const { assert!(BLOCK == 2, "a block is one sample or all") };
                 let found = if samples.len() == BLOCK {
                     self.canonical_block::<S, NX, NU, BLOCK>(simd, begin, first..whole)
                 } else {

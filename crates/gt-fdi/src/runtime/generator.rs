@@ -149,15 +149,12 @@ impl Generator {
     pub(crate) fn mark(&self, print: &mut Fingerprint) {
         let matrices = self.open.values().chain(self.closed.values());
         let outputs = self.c.as_flattened().iter().chain(&self.d);
-        for value in self
-            .u0
-            .iter()
-            .chain(&self.y0)
-            .chain(outputs)
-            .chain(matrices)
-        {
-            // -0 and 0 are one number.
-            print.add((value + 0.0).to_bits());
+        // An origin of 0 is kept as -0.
+        for origin in self.u0.iter().chain(&self.y0) {
+            print.add((origin + 0.0).to_bits());
+        }
+        for value in outputs.chain(matrices) {
+            print.add(value.to_bits());
         }
     }
 

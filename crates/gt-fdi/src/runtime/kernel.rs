@@ -10,7 +10,7 @@ use super::wide::{Simd, registers, registers_mut};
 /// the state: half of the range of doubles, so that no product with a sane gain overflows.
 pub(super) const LARGEST_CORRECTION: f64 = 1e150;
 
-/// Squares up to this are of corrections and states that are judged without a closer look.
+/// A sum of squares up to this is of deviations, residuals and states that need no closer look.
 const SAFE: f64 = 1e200;
 
 /// The equations of a generator with up to [`LANES`] states, rows or columns filled up with zeros.
@@ -63,7 +63,7 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
             // waits for the state, and the next state would wait for both, half of its time.
             let deviations = black_box(self.deviations(sample));
             (*residuals, *x) = self.equations(simd, deviations, x);
-            sizes.add(simd, residuals, x);
+            sizes.add(simd, &deviations.1, residuals, x);
         }
         sizes.are_safe(simd)
     }
@@ -115,36 +115,40 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
     }
 }
 
-/// The sums of the squares of residuals and states: they are safe when all are, and NaN or infinite
-/// when one is. An output that is not safe shows in its residual or, where an input hides it there, in
-/// the state that both drive.
+/// The sums of the squares of the outputs' deviations, of residuals and states: they are safe when all
+/// are, and NaN or infinite when one is. An input that is not finite leaves no finite state.
 struct Sizes<S: Simd> {
-    of_residuals: f64,
-    of_state: S::f64s,
+    outputs: f64,
+    residuals: f64,
+    state: S::f64s,
 }
 
 impl<S: Simd> Sizes<S> {
     #[inline(always)]
     fn none(simd: S) -> Self {
         Self {
-            of_residuals: 0.0,
-            of_state: simd.splat_f64s(0.0),
+            outputs: 0.0,
+            residuals: 0.0,
+            state: simd.splat_f64s(0.0),
         }
     }
 
     #[inline(always)]
-    fn add(&mut self, simd: S, residuals: &[f64], x: &[f64; LANES]) {
+    fn add(&mut self, simd: S, dy: &[f64], residuals: &[f64], x: &[f64; LANES]) {
+        for dy in dy {
+            self.outputs += dy * dy;
+        }
         for residual in residuals {
-            self.of_residuals += residual * residual;
+            self.residuals += residual * residual;
         }
         for &x in registers::<S>(x) {
-            self.of_state = simd.mul_add_f64s(x, x, self.of_state);
+            self.state = simd.mul_add_f64s(x, x, self.state);
         }
     }
 
     #[inline(always)]
     fn are_safe(&self, simd: S) -> bool {
-        self.of_residuals + simd.reduce_sum_f64s(self.of_state) <= SAFE
+        self.outputs + self.residuals + simd.reduce_sum_f64s(self.state) <= SAFE
     }
 }
 

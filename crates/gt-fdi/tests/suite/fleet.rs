@@ -72,6 +72,27 @@ fn generator(nx: usize, ny: usize, seed: u64) -> Option<ResidualGenerator> {
     ResidualGenerator::kalman(model, point, noise).ok()
 }
 
+/// An output out of all range is kept out of the state, also where an input hides it in the residual
+/// and in the corrected state: `A = 0.5`, `K = 0.25`, `C = D = 1`, `B = 0`.
+#[test]
+fn an_output_that_an_input_hides_is_kept_out() {
+    let d = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+    let model = canonical(&[0.5], DMatrix::zeros(1, 2), d, "y0");
+    let point = OperatingPoint::zero(2, 1);
+    let generator = ResidualGenerator::observer(model, point, &[0.25]).unwrap();
+    let huge = 2.0_f64.powi(600);
+    let u = [0.0, 0.0, huge, 0.0, 0.0, 0.0];
+    let y = [1.0, huge, 0.0];
+    // The state is 0.25 after the first sample and half of that, predicted, after the second.
+    let expected = [1.0, 0.0, -0.125];
+    let residuals = generator.residuals_of(&u, &y).unwrap();
+    assert_eq!(residuals.as_slice(), expected);
+    let mut fleet = Fleet::new(&generator, 1);
+    let mut residuals = [0.0; 3];
+    fleet.step(&u, &y, &mut residuals).unwrap();
+    assert_eq!(residuals, expected);
+}
+
 #[test]
 fn numbers_that_are_no_whole_samples_are_refused() {
     let generator = generator(3, 2, 1).unwrap();

@@ -158,8 +158,13 @@ pub(crate) fn delimiter(header: &[u8]) -> Option<u8> {
     let stands = |&byte: &u8| outside_quotes(header, byte) > 0;
     let other = [b';', b'\t'].into_iter().find(stands);
     let is_digit = |place: usize| header.get(place).is_some_and(u8::is_ascii_digit);
-    let mut commas = (0..header.len()).filter(|&place| header[place] == b',');
-    let decimal = commas.all(|place| place > 0 && is_digit(place - 1) && is_digit(place + 1));
+    let mut quoted = false;
+    let commas = header.iter().enumerate().filter(|&(_, &byte)| {
+        quoted ^= byte == b'"';
+        !quoted && byte == b','
+    });
+    let mut places = commas.map(|(place, _)| place);
+    let decimal = places.all(|place| place > 0 && is_digit(place - 1) && is_digit(place + 1));
     match other {
         Some(other) if decimal => Some(other),
         _ if stands(&b',') => Some(b','),

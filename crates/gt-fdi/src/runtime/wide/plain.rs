@@ -84,7 +84,15 @@ impl Simd for Wide {
     }
     #[inline(always)]
     fn mul_add_f64s(self, left: Self::f64s, right: Self::f64s, sum: Self::f64s) -> Self::f64s {
-        core::array::from_fn(|lane| libm::fma(left[lane], right[lane], sum[lane]))
+        core::array::from_fn(|lane| {
+            let (left, right, sum) = (left[lane], right[lane], sum[lane]);
+            // Matrices are filled up with zeros, and without an instruction for it this takes long.
+            if left == 0.0 && right.is_finite() {
+                sum
+            } else {
+                libm::fma(left, right, sum)
+            }
+        })
     }
     #[inline(always)]
     fn abs_f64s(self, values: Self::f64s) -> Self::f64s {
