@@ -1,5 +1,6 @@
 """Residuals of one stream by a steady Kalman filter: gtfdi beside filters and loops in Python."""
 
+from systems import canonical
 from timing import QUICK, Race, describe, millions_a_second, optional, relative_error
 
 import numpy as np
@@ -19,15 +20,6 @@ SAMPLE_TIME_S = 0.08
 AGREEMENT = 1e-11
 #: The same of transfer functions, which lose digits.
 TRANSFER_FUNCTIONS_AGREE = 1e-6
-
-
-def canonical():
-    """Eight poles from 0.3 to 0.97 in the canonical form of one output."""
-    monic = np.poly(np.linspace(0.3, 0.97, NX))
-    a = np.eye(NX, k=1)
-    a[-1] = -monic[:0:-1]
-    b = 0.5 / (1.0 + np.arange(NX)[:, None] + np.arange(NU))
-    return a, b, np.eye(1, NX)
 
 
 def dense(outputs):
@@ -213,7 +205,7 @@ def race(name, a, b, c):
 
 def main():
     describe("gtfdi", "numpy", "numba", "scipy", "filterpy")
-    race("canonical form", *canonical())
+    race("canonical form", *canonical(NX, NU))
     race("dense", *dense(1))
     race("dense", *dense(4))
 

@@ -1,14 +1,11 @@
 """Campaigns from Python: the rows of the command line, resumed after Ctrl-C, and bad input."""
 
 import json
-import os
-import signal
-import subprocess
 import sys
 import textwrap
-import time
 
 import pytest
+from interrupted_campaign import interrupted
 
 import gtfdi
 from gtfdi import campaign
@@ -91,21 +88,8 @@ def test_ctrl_c_leaves_a_campaign_that_goes_on(tmp_path):
         except KeyboardInterrupt:
             print("stopped", flush=True)
     """
-    child = subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(program)], stdout=subprocess.PIPE, text=True
-    )
-    try:
-        # The bank is made, and rows are being added.
-        for _ in range(600):
-            if list(out.glob("rows-*.parquet")):
-                break
-            assert child.poll() is None
-            time.sleep(0.2)
-        os.kill(child.pid, signal.SIGINT)
-        # It answers within a tenth of a second; what this allows for is a machine that is busy.
-        text, _ = child.communicate(timeout=5.0)
-    finally:
-        child.kill()
-    assert (text, child.returncode) == ("stopped\n", 0)
+    # It answers within a tenth of a second; what this allows for is a machine that is busy.
+    command = [sys.executable, "-c", textwrap.dedent(program)]
+    assert interrupted(command, out, within_s=5.0) == ("stopped\n", 0)
     rows = campaign.rows(spec, [0], out)
     assert rows[0]["status"] == "ok"

@@ -4,15 +4,13 @@ import multiprocessing
 import os
 import pickle
 import re
-import signal
-import subprocess
 import sys
 import textwrap
 import threading
-import time
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 
 import pytest
+from interrupted_campaign import interrupted
 
 import gtfdi
 from gtfdi import campaign
@@ -248,21 +246,10 @@ def test_ctrl_c_leaves_whole_chunks_and_a_free_folder(kind, tmp_path):
     spec.write_text(SPEC.replace("RUNS", "200000"))
     program = tmp_path / "program.py"
     program.write_text(textwrap.dedent(PROGRAM).replace("EXECUTOR", EXECUTORS[kind]))
-    child = subprocess.Popen(
-        [sys.executable, program.name], stdout=subprocess.PIPE, text=True, cwd=tmp_path
-    )
-    try:
-        for _ in range(600):
-            if list(out.glob("rows-*.parquet")):
-                break
-            assert child.poll() is None
-            time.sleep(0.2)
-        os.kill(child.pid, signal.SIGINT)
-        # Threads end with their group of runs, processes with their batch.
-        text, _ = child.communicate(timeout=60.0)
-    finally:
-        child.kill()
-    assert (text, child.returncode) == ("stopped True\n", 0)
+    # Threads end with their group of runs, processes with their batch.
+    command = [sys.executable, program.name]
+    found = interrupted(command, out, within_s=60.0, cwd=tmp_path)
+    assert found == ("stopped True\n", 0)
     chunks = list(out.glob("rows-*.parquet"))
     assert chunks and not list(out.glob("*.part"))
     desk = _CampaignDesk(spec, out)

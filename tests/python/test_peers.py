@@ -3,6 +3,9 @@
 import subprocess
 import sys
 
+#: What the scripts share.
+SHARED = ("systems", "timing")
+
 # One process for all, since most of the time is the imports; of its own, since libraries read the
 # number of their threads when they are loaded.
 RUN_ALL = """
@@ -18,7 +21,7 @@ for name in names:
 
 def test_peers_agree(root):
     folder = root / "benches" / "peers"
-    names = sorted(path.stem for path in folder.glob("*.py") if path.stem != "timing")
+    names = sorted(path.stem for path in folder.glob("*.py") if path.stem not in SHARED)
     assert len(names) == 6
     command = [sys.executable, "-c", RUN_ALL, folder, *names]
     done = subprocess.run(command, capture_output=True, text=True)
