@@ -2,10 +2,9 @@
 
 use alloc::vec::Vec;
 
+use super::lanes::{LANES, Lanes};
 use super::wide::{Simd, registers, registers_mut};
 
-/// Rows that are summed side by side: the lanes of the widest register.
-pub(super) const LANES: usize = 8;
 /// Sums of a row that do not wait for each other.
 pub(super) const SUMS: usize = 4;
 
@@ -15,10 +14,10 @@ pub(super) const SUMS: usize = 4;
 pub(super) struct Blocks {
     /// Columns of `known`.
     width: usize,
-    known: Vec<[f64; LANES]>,
+    known: Vec<Lanes>,
     /// Blocks of columns of the state.
     across: usize,
-    state: Vec<[[f64; LANES]; LANES]>,
+    state: Vec<[Lanes; LANES]>,
 }
 
 impl Blocks {
@@ -26,7 +25,7 @@ impl Blocks {
     /// its columns.
     pub(super) fn new(known: &[(&[f64], usize)], state: (&[f64], usize), rows: usize) -> Self {
         let column = |(part, width): (&[f64], usize), column: usize, first: usize| {
-            core::array::from_fn(|lane| {
+            Lanes(core::array::from_fn(|lane| {
                 let row = first + lane;
                 let inside = row < rows && column < width;
                 if inside {
@@ -34,7 +33,7 @@ impl Blocks {
                 } else {
                     0.0
                 }
-            })
+            }))
         };
         let across = state.1.div_ceil(LANES);
         let (mut of_known, mut of_state) = (Vec::new(), Vec::new());
@@ -59,8 +58,8 @@ impl Blocks {
 
     /// All numbers.
     pub(super) fn values(&self) -> impl Iterator<Item = &f64> {
-        let state = self.state.as_flattened().as_flattened();
-        self.known.as_flattened().iter().chain(state)
+        let columns = self.known.iter().chain(self.state.as_flattened());
+        columns.flat_map(|column| &column.0)
     }
 
     /// `next = matrix [known; x]` in [`SUMS`] sums, of which the first begins with the terms of
@@ -105,24 +104,21 @@ impl Blocks {
     }
 }
 
-type Parts<'a, const NU: usize, const NY: usize> = (
-    &'a [[f64; LANES]; NU],
-    &'a [[f64; LANES]; NY],
-    &'a [[f64; LANES]; LANES],
-);
+type Parts<'a, const NU: usize, const NY: usize> =
+    (&'a [Lanes; NU], &'a [Lanes; NY], &'a [Lanes; LANES]);
 
 /// Adds terms to as many sums in turn, product and sum rounded once.
 #[inline(always)]
 pub(super) fn add_terms<S: Simd>(
     simd: S,
     sums: &mut [S::f64s],
-    columns: &[[f64; LANES]],
+    columns: &[Lanes],
     factors: &[f64],
     register: usize,
 ) {
     let count = sums.len();
     for (index, (column, &factor)) in columns.iter().zip(factors).enumerate() {
-        let column = registers::<S>(column)[register];
+        let column = registers::<S>(&column.0)[register];
         let sum = &mut sums[index % count];
         *sum = simd.mul_add_f64s(column, simd.splat_f64s(factor), *sum);
     }
@@ -134,13 +130,13 @@ pub(super) fn add_terms<S: Simd>(
 pub(super) fn add_products<S: Simd>(
     simd: S,
     sums: &mut [S::f64s],
-    columns: &[[f64; LANES]],
+    columns: &[Lanes],
     factors: &[f64],
     register: usize,
 ) {
     let count = sums.len();
     for (index, (column, &factor)) in columns.iter().zip(factors).enumerate() {
-        let column = registers::<S>(column)[register];
+        let column = registers::<S>(&column.0)[register];
         let sum = &mut sums[index % count];
         *sum = simd.add_f64s(*sum, simd.mul_f64s(column, simd.splat_f64s(factor)));
     }

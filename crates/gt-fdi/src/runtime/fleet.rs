@@ -9,11 +9,12 @@ use thiserror::Error;
 
 use super::columns::{Columns, MOST_SIGNALS, MOST_STATES};
 use super::generator::origins;
+use super::lanes::{LANES, Lanes};
 use super::wide::{Simd, Wide, Work, lanes_of, registers, registers_mut};
 use super::{Generator, Matrices};
 
-/// Streams whose states lie together: the lanes of the widest register.
-const TILE: usize = 8;
+/// Streams whose states lie together.
+const TILE: usize = LANES;
 /// Samples that the streams of a register take before those of the next: few enough that the caches
 /// read ahead in all of them, enough that states are seldom loaded.
 const BLOCK: usize = 2;
@@ -23,15 +24,6 @@ const SAFE: f64 = 1e200;
 /// How much larger than the root of [`SAFE`] everything may become meanwhile; far from the largest
 /// double.
 const HEADROOM: f64 = 1e190;
-
-/// One state of the streams of a tile, where a register never lies across two lines of the cache.
-#[derive(Debug, Clone, Copy)]
-#[repr(align(64))]
-struct Lanes([f64; TILE]);
-
-impl Lanes {
-    const ZERO: Self = Self([0.0; TILE]);
-}
 
 /// Samples of another size than the fleet's; nothing was taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]

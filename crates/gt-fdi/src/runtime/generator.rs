@@ -4,33 +4,32 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::blocks::{Blocks, LANES};
+use super::blocks::Blocks;
 use super::fingerprint::Fingerprint;
 use super::kernel::{Kernel, LARGEST_CORRECTION, all_finite, dot, dot_in_order};
+use super::lanes::LANES;
 use super::rows::Rows;
-use super::wide::{Simd, Wide, Work};
+use super::wide::{FEW_LANES, Simd, Wide, Work};
 
 /// Samples of one generator that are looked at together: a closer look at one is one at all of them.
 const BLOCK: usize = 32;
 
-/// Does `work`, in registers of `S`, with the numbers of inputs and outputs as constants, up to four of
-/// each.
+/// The call with the numbers of inputs and outputs as constants where there are up to four of each,
+/// or what `else` says. Each is a function by itself: the loops of all sizes in one leave the compiler
+/// too few registers for any.
 macro_rules! of_sizes {
-    ($sizes:expr, $nu:ident, $ny:ident, $work:expr) => {
-        of_sizes!(@ $sizes, $nu, $ny, $work, (1 1)(1 2)(1 3)(1 4)(2 1)(2 2)(2 3)(2 4)(3 1)(3 2)(3 3)(3 4)
-            (4 1)(4 2)(4 3)(4 4))
+    ($sizes:expr, $generator:ident.$call:ident $arguments:tt, else $otherwise:expr) => {
+        of_sizes!(@ $sizes, $generator $call $arguments $otherwise, (1 1)(1 2)(1 3)(1 4)(2 1)(2 2)(2 3)
+            (2 4)(3 1)(3 2)(3 3)(3 4)(4 1)(4 2)(4 3)(4 4))
     };
-    (@ $sizes:expr, $nu:ident, $ny:ident, $work:expr, $(($inputs:literal $outputs:literal))*) => {
+    (@ $sizes:expr, $generator:ident $call:ident $arguments:tt $otherwise:expr, $(($nu:literal $ny:literal))*) => {
         match $sizes {
-            // Without wide registers there is nothing to win.
-            _ if S::F64_LANES == 1 => {}
-            $(($inputs, $outputs) => {
-                const $nu: usize = $inputs;
-                const $ny: usize = $outputs;
-                $work
-            })*
-            _ => {}
+            $(($nu, $ny) => of_sizes!(@call $generator $call $nu $ny $arguments),)*
+            _ => $otherwise,
         }
+    };
+    (@call $generator:ident $call:ident $nu:literal $ny:literal ($($argument:expr),*)) => {
+        $generator.$call::<$nu, $ny>($($argument),*)
     };
 }
 
@@ -136,7 +135,11 @@ impl Generator {
             x: vec![[0.0; LANES]; blocks],
             next: vec![[0.0; LANES]; blocks],
             deviations: vec![0.0; nu + ny],
-            wide: Wide::new(),
+            wide: if blocks == 1 {
+                Wide::for_one_register()
+            } else {
+                Wide::new()
+            },
         }
     }
 
@@ -200,9 +203,30 @@ impl Generator {
         first: usize,
         residuals: &mut [f64],
     ) -> Update {
-        self.wide.run(One {
+        let sizes = (self.u0.len(), self.y0.len());
+        let done = of_sizes!(sizes, self.step_small((u, y), first, residuals), else false);
+        if done {
+            return Update::Residual;
+        }
+        self.wide.run(General {
             generator: self,
             sample: (u, y),
+            first,
+            residuals,
+        })
+    }
+
+    /// As [`Generator::step`] of so few inputs and outputs; `false`, and nothing taken, for a sample
+    /// that needs a closer look.
+    fn step_small<const NU: usize, const NY: usize>(
+        &mut self,
+        sample: (&[f64], &[f64]),
+        first: usize,
+        residuals: &mut [f64],
+    ) -> bool {
+        self.wide.run(One::<NU, NY> {
+            generator: self,
+            sample,
             first,
             residuals,
         })
@@ -211,11 +235,31 @@ impl Generator {
     /// Takes one sample after the other as [`Generator::step`] does, inputs `u` and outputs `y`, of
     /// which this generator's own come first; writes the `residuals` (samples x ny).
     pub(crate) fn run(&mut self, u: Rows<'_>, y: Rows<'_>, residuals: &mut [f64]) {
-        self.wide.run(Many {
+        let (nu, ny) = (self.u0.len(), self.y0.len());
+        for (index, residuals) in residuals.chunks_mut(BLOCK * ny.max(1)).enumerate() {
+            let (u, y) = (u.from(index * BLOCK), y.from(index * BLOCK));
+            let done = of_sizes!((nu, ny), self.run_small((u, y), residuals), else false);
+            if !done {
+                let own = residuals.chunks_exact_mut(ny.max(1)).enumerate();
+                for (sample, residuals) in own {
+                    self.step(u.at(sample, nu), y.at(sample, ny), 0, residuals);
+                }
+            }
+        }
+    }
+
+    /// As [`Generator::run`] of so few inputs and outputs; `false`, and nothing taken, when a sample
+    /// needs a closer look.
+    fn run_small<const NU: usize, const NY: usize>(
+        &mut self,
+        samples: (Rows<'_>, Rows<'_>),
+        residuals: &mut [f64],
+    ) -> bool {
+        self.wide.run(Many::<NU, NY> {
             generator: self,
-            samples: (u, y),
+            samples,
             residuals,
-        });
+        })
     }
 
     /// The equations of a generator with up to [`LANES`] states and so many inputs and outputs.
@@ -226,11 +270,13 @@ impl Generator {
         }
         let (b, gain, a) = self.closed.parts::<NU, NY>()?;
         let (d, _, c) = self.outputs.parts::<NU, 0>()?;
+        let c_rows = self.c.first_chunk()?;
         Some(Kernel {
             b,
             gain,
             a,
             c,
+            c_rows,
             d,
             u0: self.u0.first_chunk()?,
             y0: self.y0.first_chunk()?,
@@ -341,39 +387,56 @@ pub(super) fn origins(point: Vec<f64>) -> Box<[f64]> {
     origins
 }
 
-/// One sample of a generator.
-struct One<'a> {
+/// One sample of any generator.
+struct General<'a> {
     generator: &'a mut Generator,
     sample: (&'a [f64], &'a [f64]),
     first: usize,
     residuals: &'a mut [f64],
 }
 
-impl Work for One<'_> {
+impl Work for General<'_> {
     type Output = Update;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Update {
-        let (generator, sample, first) = (self.generator, self.sample, self.first);
-        let sizes = (generator.u0.len(), generator.y0.len());
-        // No closures, which may stay outside the function that may use the instruction set.
-        of_sizes!(
-            sizes,
-            NU,
-            NY,
-            if let (Some(kernel), Some(x), Some(own), Some(residuals)) = (
-                generator.kernel::<NU, NY>(),
-                generator.x.first(),
-                own_signals::<NU, NY>(&generator.places, sample, first),
-                self.residuals.first_chunk_mut::<NY>(),
-            ) && let Some((found, next)) = kernel.step(simd, (&own.0, &own.1), x)
-            {
-                *residuals = found;
-                generator.x[0] = next;
-                return Update::Residual;
-            }
-        );
-        generator.step_in(simd, sample, first, self.residuals)
+        let generator = self.generator;
+        generator.step_in(simd, self.sample, self.first, self.residuals)
+    }
+}
+
+/// One sample of a small generator.
+struct One<'a, const NU: usize, const NY: usize> {
+    generator: &'a mut Generator,
+    sample: (&'a [f64], &'a [f64]),
+    first: usize,
+    residuals: &'a mut [f64],
+}
+
+impl<const NU: usize, const NY: usize> Work for One<'_, NU, NY> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        if !suits_small::<S>() {
+            return false;
+        }
+        let generator = self.generator;
+        let own = own_signals::<NU, NY>(&generator.places, self.sample, self.first);
+        let (Some((u, y)), Some(residuals), Some(x), Some(kernel)) = (
+            own,
+            self.residuals.first_chunk_mut::<NY>(),
+            generator.x.first(),
+            generator.kernel::<NU, NY>(),
+        ) else {
+            return false;
+        };
+        let Some((found, next)) = kernel.step(simd, (&u, &y), x) else {
+            return false;
+        };
+        *residuals = found;
+        generator.x[0] = next;
+        true
     }
 }
 
@@ -395,45 +458,36 @@ fn own_signals<const NU: usize, const NY: usize>(
     Some((own, *y.get(first..)?.first_chunk::<NY>()?))
 }
 
-/// Samples of a generator one after the other.
-struct Many<'a> {
+/// Samples of a small generator one after the other.
+struct Many<'a, const NU: usize, const NY: usize> {
     generator: &'a mut Generator,
     samples: (Rows<'a>, Rows<'a>),
     residuals: &'a mut [f64],
 }
 
-impl Work for Many<'_> {
-    type Output = ();
+impl<const NU: usize, const NY: usize> Work for Many<'_, NU, NY> {
+    type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let (generator, (u, y)) = (self.generator, self.samples);
-        let sizes = (generator.u0.len(), generator.y0.len());
-        let blocks = self.residuals.chunks_mut(BLOCK * sizes.1.max(1));
-        for (index, residuals) in blocks.enumerate() {
-            let (u, y) = (u.from(index * BLOCK), y.from(index * BLOCK));
-            let mut done = false;
-            of_sizes!(
-                sizes,
-                NU,
-                NY,
-                if let (Some(kernel), Some(&(mut x))) =
-                    (generator.kernel::<NU, NY>(), generator.x.first())
-                {
-                    let (own, _) = residuals.as_chunks_mut::<NY>();
-                    done = kernel.run(simd, (u, y), &mut x, own);
-                    if done {
-                        generator.x[0] = x;
-                    }
-                }
-            );
-            if !done {
-                let own = residuals.chunks_exact_mut(sizes.1.max(1)).enumerate();
-                for (sample, residuals) in own {
-                    let sample = (u.at(sample, sizes.0), y.at(sample, sizes.1));
-                    generator.step_in(simd, sample, 0, residuals);
-                }
-            }
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        if !suits_small::<S>() {
+            return false;
         }
+        let generator = self.generator;
+        let (Some(&(mut x)), Some(kernel)) = (generator.x.first(), generator.kernel::<NU, NY>())
+        else {
+            return false;
+        };
+        let (residuals, _) = self.residuals.as_chunks_mut::<NY>();
+        let done = kernel.run(simd, self.samples, &mut x, residuals);
+        if done {
+            generator.x[0] = x;
+        }
+        done
     }
+}
+
+/// Without registers there is nothing to win, and [`Wide::for_one_register`] has none that are wider.
+const fn suits_small<S: Simd>() -> bool {
+    S::F64_LANES > 1 && S::F64_LANES <= FEW_LANES
 }

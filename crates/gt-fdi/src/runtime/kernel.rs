@@ -1,8 +1,7 @@
 //! A step of a small generator with nothing missing and nothing huge.
 
-use core::hint::black_box;
-
-use super::blocks::{LANES, SUMS, add_products, add_terms, in_pairs};
+use super::blocks::{SUMS, add_products, add_terms, in_pairs};
+use super::lanes::{LANES, Lanes};
 use super::rows::Rows;
 use super::wide::{Simd, registers, registers_mut};
 
@@ -17,14 +16,16 @@ const SAFE: f64 = 1e200;
 #[derive(Clone, Copy)]
 pub(super) struct Kernel<'a, const NU: usize, const NY: usize> {
     /// `B - K D` by columns.
-    pub(super) b: &'a [[f64; LANES]; NU],
+    pub(super) b: &'a [Lanes; NU],
     /// `K` by columns.
-    pub(super) gain: &'a [[f64; LANES]; NY],
+    pub(super) gain: &'a [Lanes; NY],
     /// `A - K C` by columns.
-    pub(super) a: &'a [[f64; LANES]; LANES],
+    pub(super) a: &'a [Lanes; LANES],
     /// `C` and `D` by columns.
-    pub(super) c: &'a [[f64; LANES]; LANES],
-    pub(super) d: &'a [[f64; LANES]; NU],
+    pub(super) c: &'a [Lanes; LANES],
+    /// `C` by rows.
+    pub(super) c_rows: &'a [[f64; LANES]; NY],
+    pub(super) d: &'a [Lanes; NU],
     pub(super) u0: &'a [f64; NU],
     pub(super) y0: &'a [f64; NY],
 }
@@ -39,7 +40,8 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
         x: &[f64; LANES],
     ) -> Option<([f64; NY], [f64; LANES])> {
         let (du, dy) = self.deviations(sample);
-        let (residuals, next) = self.equations(simd, (du, dy), x);
+        let known = self.known(simd, &(du, dy));
+        let (residuals, next) = self.equations(simd, (du, dy), &known, x);
         let corrects = |dy: &f64| dy.abs() <= LARGEST_CORRECTION;
         // An input that is not finite leaves no finite state.
         let fair = dy.iter().all(corrects) & all_finite(&residuals) & all_finite(&next);
@@ -57,13 +59,22 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
         residuals: &mut [[f64; NY]],
     ) -> bool {
         let mut sizes = Sizes::none(simd);
-        let samples = u.arrays::<NU>().zip(y.arrays::<NY>());
-        for (sample, residuals) in samples.zip(residuals) {
-            // By way of memory: in registers the compiler may put a deviation beside a number that
-            // waits for the state, and the next state would wait for both, half of its time.
-            let deviations = black_box(self.deviations(sample));
-            (*residuals, *x) = self.equations(simd, deviations, x);
-            sizes.add(simd, &deviations.1, residuals, x);
+        let mut samples = u.arrays::<NU>().zip(y.arrays::<NY>());
+        let Some(first) = samples.next() else {
+            return true;
+        };
+        // What does not wait for the state is computed a sample ahead.
+        let mut deviations = self.deviations(first);
+        let mut known = self.known(simd, &deviations);
+        for residuals in residuals {
+            let now = deviations;
+            let of_known = known;
+            if let Some(sample) = samples.next() {
+                deviations = self.deviations(sample);
+                known = self.known(simd, &deviations);
+            }
+            (*residuals, *x) = self.equations(simd, now, &of_known, x);
+            sizes.add(simd, &now.1, residuals, x);
         }
         sizes.are_safe(simd)
     }
@@ -81,6 +92,19 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
         (du, dy)
     }
 
+    /// What inputs and outputs add to the next state.
+    #[inline(always)]
+    fn known<S: Simd>(&self, simd: S, (du, dy): &([f64; NU], [f64; NY])) -> [f64; LANES] {
+        let mut known = [0.0; LANES];
+        for (register, known) in registers_mut::<S>(&mut known).iter_mut().enumerate() {
+            let mut sum = [simd.splat_f64s(0.0)];
+            add_terms(simd, &mut sum, self.b, du, register);
+            add_terms(simd, &mut sum, self.gain, dy, register);
+            *known = sum[0];
+        }
+        known
+    }
+
     /// Adds in the order of [`Blocks::times`](super::blocks::Blocks::times), [`dot`] and
     /// [`dot_in_order`].
     #[inline(always)]
@@ -88,30 +112,68 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
         &self,
         simd: S,
         (du, dy): ([f64; NU], [f64; NY]),
+        known: &[f64; LANES],
         x: &[f64; LANES],
     ) -> ([f64; NY], [f64; LANES]) {
-        let (mut of_inputs, mut of_state) = ([0.0; LANES], [0.0; LANES]);
-        for register in 0..NY.div_ceil(S::F64_LANES) {
-            let mut sums = [simd.splat_f64s(0.0); SUMS];
-            add_products(simd, &mut sums[..1], self.d, &du, register);
-            registers_mut::<S>(&mut of_inputs)[register] = sums[0];
-            sums[0] = simd.splat_f64s(0.0);
-            add_products(simd, &mut sums, self.c, x, register);
-            registers_mut::<S>(&mut of_state)[register] = in_pairs(simd, sums);
-        }
-        let mut residuals = [0.0; NY];
-        for output in 0..NY {
-            residuals[output] = dy[output] - of_state[output] - of_inputs[output];
-        }
-        let mut next = [0.0; LANES];
+        let mut next = *known;
         for (register, next) in registers_mut::<S>(&mut next).iter_mut().enumerate() {
             let mut sums = [simd.splat_f64s(0.0); SUMS];
-            add_terms(simd, &mut sums[..1], self.b, &du, register);
-            add_terms(simd, &mut sums[..1], self.gain, &dy, register);
+            sums[0] = *next;
             add_terms(simd, &mut sums, self.a, x, register);
             *next = in_pairs(simd, sums);
         }
+        let residuals = match self.c_rows.as_slice() {
+            [c] => [self.residual(simd, c, (&du, dy[0]), x); NY],
+            _ => self.residuals(simd, (&du, &dy), x),
+        };
         (residuals, next)
+    }
+
+    /// The residual of a single output, of which `c` is the row: by columns all lanes but one would
+    /// be idle.
+    #[inline(always)]
+    fn residual<S: Simd>(
+        &self,
+        simd: S,
+        c: &[f64; LANES],
+        (du, dy): (&[f64; NU], f64),
+        x: &[f64; LANES],
+    ) -> f64 {
+        let mut products = [0.0; LANES];
+        let factors = registers::<S>(c).iter().zip(registers::<S>(x));
+        for (product, (&c, &x)) in registers_mut::<S>(&mut products).iter_mut().zip(factors) {
+            *product = simd.mul_f64s(c, x);
+        }
+        let of_state = sum_of_products(products);
+        let mut of_inputs = 0.0;
+        for (d, du) in self.d.iter().zip(du) {
+            of_inputs += d.0[0] * du;
+        }
+        dy - of_state - of_inputs
+    }
+
+    /// The residuals of several outputs side by side.
+    #[inline(always)]
+    fn residuals<S: Simd>(
+        &self,
+        simd: S,
+        (du, dy): (&[f64; NU], &[f64; NY]),
+        x: &[f64; LANES],
+    ) -> [f64; NY] {
+        let (mut of_state, mut of_inputs) = ([0.0; LANES], [0.0; LANES]);
+        for register in 0..NY.div_ceil(S::F64_LANES) {
+            let mut sum = [simd.splat_f64s(0.0)];
+            add_products(simd, &mut sum, self.d, du, register);
+            registers_mut::<S>(&mut of_inputs)[register] = sum[0];
+            let mut sums = [simd.splat_f64s(0.0); SUMS];
+            add_products(simd, &mut sums, self.c, x, register);
+            registers_mut::<S>(&mut of_state)[register] = in_pairs(simd, sums);
+        }
+        let mut residuals = *dy;
+        for (output, residual) in residuals.iter_mut().enumerate() {
+            *residual = *residual - of_state[output] - of_inputs[output];
+        }
+        residuals
     }
 }
 
@@ -150,6 +212,13 @@ impl<S: Simd> Sizes<S> {
     fn are_safe(&self, simd: S) -> bool {
         self.outputs + self.residuals + simd.reduce_sum_f64s(self.state) <= SAFE
     }
+}
+
+/// As [`dot`], of products that there are already.
+#[inline(always)]
+fn sum_of_products(products: [f64; LANES]) -> f64 {
+    let sums: [f64; SUMS] = core::array::from_fn(|first| products[first] + products[first + SUMS]);
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 /// The sum of products in [`SUMS`] sums, of which each takes every fourth.

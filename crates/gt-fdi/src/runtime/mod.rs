@@ -20,6 +20,7 @@ mod fleet;
 mod generator;
 mod isolation;
 mod kernel;
+pub(crate) mod lanes;
 mod rows;
 mod statistics;
 mod whitener;

@@ -28,7 +28,11 @@ impl<'a> Rows<'a> {
     /// The first `WIDTH` numbers of each sample, until there are no more.
     #[inline(always)]
     pub(super) fn arrays<const WIDTH: usize>(self) -> impl Iterator<Item = &'a [f64; WIDTH]> {
-        let rows = self.values.chunks(self.stride.max(1));
-        rows.map_while(|row| row.first_chunk::<WIDTH>())
+        let mut left = self.values;
+        core::iter::from_fn(move || {
+            let row = left.first_chunk::<WIDTH>()?;
+            left = left.get(self.stride..).unwrap_or(&[]);
+            Some(row)
+        })
     }
 }

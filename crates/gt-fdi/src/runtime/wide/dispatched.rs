@@ -4,6 +4,9 @@ use pulp::{Arch, WithSimd, bytemuck};
 
 pub(crate) use pulp::{Simd, WithSimd as Work};
 
+/// The most lanes of the registers of [`Wide::for_one_register`].
+pub(in super::super) const FEW_LANES: usize = 4;
+
 /// The widest instruction set of the machine, found once.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Wide(Arch);
@@ -11,6 +14,16 @@ pub(crate) struct Wide(Arch);
 impl Wide {
     pub(crate) fn new() -> Self {
         Self(Arch::new())
+    }
+
+    /// The set for a few sums that wait for each other: registers of four where there are also some
+    /// of eight, whose numbers take longer from one lane to all others.
+    pub(crate) fn for_one_register() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            return Self(Arch::V3(simd));
+        }
+        Self::new()
     }
 
     /// Does `work` with it. What is not inlined into `work` falls out of it.
@@ -22,13 +35,13 @@ impl Wide {
 
 /// Numbers as registers; their count must be a multiple of the lanes.
 #[inline(always)]
-pub(in super::super) fn registers<S: Simd>(values: &[f64]) -> &[S::f64s] {
+pub(crate) fn registers<S: Simd>(values: &[f64]) -> &[S::f64s] {
     bytemuck::cast_slice(values)
 }
 
 /// As [`registers`].
 #[inline(always)]
-pub(in super::super) fn registers_mut<S: Simd>(values: &mut [f64]) -> &mut [S::f64s] {
+pub(crate) fn registers_mut<S: Simd>(values: &mut [f64]) -> &mut [S::f64s] {
     bytemuck::cast_slice_mut(values)
 }
 

@@ -13,8 +13,8 @@ use dispatched as set;
 #[cfg(not(feature = "design"))]
 use plain as set;
 
-pub(crate) use set::{Simd, Wide, Work};
-pub(super) use set::{lanes_of, registers, registers_mut};
+pub(super) use set::{FEW_LANES, lanes_of};
+pub(crate) use set::{Simd, Wide, Work, registers, registers_mut};
 
 /// It is a matter of the machine, not of what is computed.
 impl PartialEq for Wide {

@@ -3,6 +3,9 @@
 /// The lanes of a register.
 const LANES: usize = 8;
 
+/// The most lanes of the registers of [`Wide::for_one_register`].
+pub(in super::super) const FEW_LANES: usize = LANES;
+
 /// Arithmetic on registers, lane by lane.
 pub(crate) trait Simd: Copy {
     /// A register.
@@ -43,6 +46,10 @@ pub(crate) struct Wide;
 
 impl Wide {
     pub(crate) fn new() -> Self {
+        Self
+    }
+
+    pub(crate) fn for_one_register() -> Self {
         Self
     }
 
@@ -139,13 +146,13 @@ impl Simd for Wide {
 
 /// Numbers as registers; their count must be a multiple of the lanes.
 #[inline(always)]
-pub(in super::super) fn registers<S: Simd>(values: &[f64]) -> &[S::f64s] {
+pub(crate) fn registers<S: Simd>(values: &[f64]) -> &[S::f64s] {
     S::registers(values)
 }
 
 /// As [`registers`].
 #[inline(always)]
-pub(in super::super) fn registers_mut<S: Simd>(values: &mut [f64]) -> &mut [S::f64s] {
+pub(crate) fn registers_mut<S: Simd>(values: &mut [f64]) -> &mut [S::f64s] {
     S::registers_mut(values)
 }
 
