@@ -59,9 +59,9 @@ impl Work for &mut Doubling {
     type Output = (Progress, usize);
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> (Progress, usize) {
+    fn with_simd<S: Simd>(self, simd: S) -> (Progress, usize) {
         for iteration in 1..=MAX_DOUBLINGS {
-            match self.step() {
+            match self.step(simd) {
                 Progress::Further => {}
                 end => return (end, iteration),
             }
@@ -80,29 +80,29 @@ impl Doubling {
 
     /// `F <- F W F`, `G <- G + F W G F'`, `H <- H + F' H W F`, where `W = (I + G H)^-1`.
     #[inline(always)]
-    fn step(&mut self) -> Progress {
+    fn step<S: Simd>(&mut self, simd: S) -> Progress {
         let Self { f, g, h, between } = self;
         let [factor, of_f, of_g, room] = between;
-        factor.set_product(g, h);
+        factor.set_product(simd, g, h);
         factor.add_identity();
         of_f.clone_from(f);
         of_g.clone_from(g);
-        if !factor.solve([&mut *of_f, &mut *of_g]) {
+        if !factor.solve(simd, [&mut *of_f, &mut *of_g]) {
             return Progress::Lost;
         }
-        room.set_product(f, of_g);
+        room.set_product(simd, f, of_g);
         // From here on the factor is room too, and so is W G.
         let transposed = factor;
         transposed.set_transpose(f);
-        of_g.set_product(room, transposed);
+        of_g.set_product(simd, room, transposed);
         g.add(of_g);
         g.symmetrise();
-        room.set_product(transposed, h);
+        room.set_product(simd, transposed, h);
         let change = of_g;
-        change.set_product(room, of_f);
+        change.set_product(simd, room, of_f);
         change.symmetrise();
         h.add(change);
-        room.set_product(f, of_f);
+        room.set_product(simd, f, of_f);
         core::mem::swap(f, room);
         let (change, norm, left) = (change.norm(), h.norm(), f.norm());
         if !(change.is_finite() && norm.is_finite()) {

@@ -35,37 +35,66 @@ impl Gains {
 
     /// Fails when `C P C' + R` is not positive definite.
     pub(super) fn of(process: Process, p: &DMatrix<f64>) -> Result<Self, FilterError> {
-        let Process { a, c, r, s, .. } = process;
-        let pct = p * c.transpose();
-        let innovation = Cholesky::new(symmetrised(&(c * &pct + r)))
-            .filter(|factor| factor.l_dirty().iter().all(|value| value.is_finite()))
-            .ok_or(FilterError::SingularInnovation)?;
-        let times_inverse =
-            |matrix: &DMatrix<f64>| innovation.solve(&matrix.transpose()).transpose();
+        let pct = p * process.c.transpose();
+        let innovation = innovation(process, &pct)?;
         Ok(Self {
-            predictor: times_inverse(&(a * &pct + s)),
-            filter: times_inverse(&pct),
+            predictor: predictor(process, &pct, &innovation),
+            filter: times_inverse(&pct, &innovation),
             innovation,
         })
-    }
-
-    /// `A - K C`.
-    pub(super) fn closed_loop(&self, process: Process) -> DMatrix<f64> {
-        process.a - &self.predictor * process.c
-    }
-
-    /// What the noise adds to the covariance in a step with this gain:
-    /// `Q + K R K' - K S' - S K' (nx x nx)`.
-    pub(super) fn added(&self, process: Process) -> DMatrix<f64> {
-        let k = &self.predictor;
-        let cross = k * process.s.transpose();
-        process.q + k * process.r * k.transpose() - &cross - cross.transpose()
     }
 
     /// The covariance one step ahead, in Joseph's form, which keeps it symmetric and positive:
     /// `(A - K C) P (A - K C)' + Q + K R K' - K S' - S K'`.
     pub(super) fn next(&self, process: Process, p: &DMatrix<f64>) -> DMatrix<f64> {
-        let closed = self.closed_loop(process);
-        symmetrised(&(&closed * p * closed.transpose() + self.added(process)))
+        let ClosedLoop { a, added } = ClosedLoop::new(process, &self.predictor);
+        symmetrised(&(&a * p * a.transpose() + added))
     }
+}
+
+/// A process with a predictor: what becomes of the state's error in a step, and what the noise adds
+/// to its covariance.
+#[derive(Debug, Clone)]
+pub(super) struct ClosedLoop {
+    /// `A - K C (nx x nx)`.
+    pub(super) a: DMatrix<f64>,
+    /// `Q + K R K' - K S' - S K' (nx x nx)`.
+    pub(super) added: DMatrix<f64>,
+}
+
+impl ClosedLoop {
+    /// With the gain that belongs to a covariance `P` of the predicted state. Fails when
+    /// `C P C' + R` is not positive definite.
+    pub(super) fn of(process: Process, p: &DMatrix<f64>) -> Result<Self, FilterError> {
+        let pct = p * process.c.transpose();
+        let innovation = innovation(process, &pct)?;
+        Ok(Self::new(process, &predictor(process, &pct, &innovation)))
+    }
+
+    fn new(process: Process, k: &DMatrix<f64>) -> Self {
+        let cross = k * process.s.transpose();
+        Self {
+            a: process.a - k * process.c,
+            added: process.q + k * process.r * k.transpose() - &cross - cross.transpose(),
+        }
+    }
+}
+
+/// The factor of `C P C' + R`.
+fn innovation(process: Process, pct: &DMatrix<f64>) -> Result<Cholesky<f64, Dyn>, FilterError> {
+    Cholesky::new(symmetrised(&(process.c * pct + process.r)))
+        .filter(|factor| factor.l_dirty().iter().all(|value| value.is_finite()))
+        .ok_or(FilterError::SingularInnovation)
+}
+
+fn predictor(
+    process: Process,
+    pct: &DMatrix<f64>,
+    innovation: &Cholesky<f64, Dyn>,
+) -> DMatrix<f64> {
+    times_inverse(&(process.a * pct + process.s), innovation)
+}
+
+fn times_inverse(matrix: &DMatrix<f64>, factor: &Cholesky<f64, Dyn>) -> DMatrix<f64> {
+    factor.solve(&matrix.transpose()).transpose()
 }

@@ -5,9 +5,10 @@ use nalgebra::{Cholesky, DMatrix};
 
 use super::doubling::doubling;
 use super::filter_error::FilterError;
-use super::gains::{Gains, Process};
+use super::gains::{ClosedLoop, Process};
 use super::noise::{check_finite, check_symmetric, symmetrised};
 use super::settling::spectral_radius;
+use super::small_square::{SmallSquare, congruence};
 use crate::FdiError;
 
 /// The largest spectral radius of `A - K C` at which a solution counts as stabilising: slower than
@@ -169,22 +170,22 @@ impl Riccati {
 struct Candidate {
     p: DMatrix<f64>,
     relative_residual: f64,
-    /// `A - K C`.
-    closed: DMatrix<f64>,
-    /// What the noise adds in a step.
-    added: DMatrix<f64>,
+    closed: ClosedLoop,
 }
 
 impl Candidate {
     fn new(process: Process, p: DMatrix<f64>) -> Result<Self, FilterError> {
-        let gains = Gains::of(process, &p)?;
-        let (closed, added) = (gains.closed_loop(process), gains.added(process));
+        let closed = ClosedLoop::of(process, &p)?;
+        let own = SmallSquare::from_matrix(&p);
         // In Joseph's form, which the rounding of the gain enters as its square only: where an
         // output hardly shows a large P, that of the other form hides the residual.
-        let next = symmetrised(&(&closed * &p * closed.transpose() + &added));
-        let residual = (next - &p).norm();
-        let carried = process.a * &p * process.a.transpose();
-        let scale = p.norm().max(carried.norm()).max(process.q.norm());
+        let mut next = congruence(&closed.a, &own);
+        next.add(&SmallSquare::from_matrix(&closed.added));
+        next.symmetrise();
+        next.subtract(&own);
+        let residual = next.norm();
+        let carried = congruence(process.a, &own).norm();
+        let scale = own.norm().max(carried).max(process.q.norm());
         Ok(Self {
             relative_residual: if residual == 0.0 {
                 0.0
@@ -193,19 +194,18 @@ impl Candidate {
             },
             p,
             closed,
-            added,
         })
     }
 
     /// A Newton step: from a gain that stabilises, `P = F P F' + (what the noise adds)`.
     fn refined(&self, process: Process) -> Option<Self> {
-        let p = stein(self.closed.clone(), &self.added)?;
+        let p = stein(self.closed.a.clone(), &self.closed.added)?;
         Self::new(process, p).ok()
     }
 
     fn judged(self, iterations: usize) -> Riccati {
         Riccati {
-            spectral_radius: spectral_radius(&self.closed),
+            spectral_radius: spectral_radius(&self.closed.a),
             relative_residual: self.relative_residual,
             p: self.p,
             iterations,

@@ -3,78 +3,112 @@
 
 use nalgebra::DMatrix;
 
-/// Columns that are summed side by side.
-const LANES: usize = 8;
+use crate::runtime::lanes::{LANES, Lanes};
+use crate::runtime::wide::{Simd, Wide, Work, registers, registers_mut};
 
-/// A square matrix row by row, each row filled up with zeros to whole chunks of [`LANES`] columns.
+/// Rows of [`LANES`] columns, as many rows.
+type Block = [Lanes; LANES];
+
+/// A square matrix in blocks, those of the first rows first, filled up with zeros. Products and sums
+/// are rounded once.
 #[derive(Debug, Clone)]
 pub(super) struct SmallSquare {
     size: usize,
-    /// Chunks of a row.
+    /// Blocks of a row.
     across: usize,
-    values: Vec<[f64; LANES]>,
+    /// The only block, which takes no allocation.
+    only: Block,
+    /// The blocks, where there are several.
+    several: Vec<Block>,
 }
 
 impl SmallSquare {
     pub(super) fn zeros(size: usize) -> Self {
         let across = size.div_ceil(LANES).max(1);
+        let several = if across > 1 { across * across } else { 0 };
         Self {
             size,
             across,
-            values: vec![[0.0; LANES]; size * across],
+            only: [Lanes::ZERO; LANES],
+            several: vec![[Lanes::ZERO; LANES]; several],
+        }
+    }
+
+    #[inline(always)]
+    fn blocks(&self) -> &[Block] {
+        match self.across {
+            1 => std::slice::from_ref(&self.only),
+            _ => &self.several,
+        }
+    }
+
+    #[inline(always)]
+    fn blocks_mut(&mut self) -> &mut [Block] {
+        match self.across {
+            1 => std::slice::from_mut(&mut self.only),
+            _ => &mut self.several,
         }
     }
 
     pub(super) fn from_matrix(matrix: &DMatrix<f64>) -> Self {
         let mut made = Self::zeros(matrix.nrows());
-        for (row, column) in made.places() {
-            *made.at_mut(row, column) = matrix[(row, column)];
+        let (size, across) = (made.size, made.across);
+        for (index, own) in made.blocks_mut().iter_mut().enumerate() {
+            let (row, column) = (index / across * LANES, index % across * LANES);
+            let mut columns = [Lanes::ZERO; LANES];
+            let values = matrix.as_slice().chunks(size.max(1)).skip(column);
+            for (own, values) in columns.iter_mut().zip(values) {
+                for (own, value) in own.0.iter_mut().zip(&values[row..]) {
+                    *own = *value;
+                }
+            }
+            *own = transposed(&columns);
         }
         made
     }
 
     pub(super) fn to_matrix(&self) -> DMatrix<f64> {
-        DMatrix::from_fn(self.size, self.size, |row, column| self.at(row, column))
+        let blocks = self.blocks();
+        DMatrix::from_fn(self.size, self.size, |row, column| {
+            let block = row / LANES * self.across + column / LANES;
+            blocks[block][row % LANES].0[column % LANES]
+        })
     }
 
-    fn at(&self, row: usize, column: usize) -> f64 {
-        self.values[row * self.across + column / LANES][column % LANES]
+    /// Of a matrix of `ACROSS` blocks a row, or any number where it is 0.
+    #[inline(always)]
+    fn at<const ACROSS: usize>(&self, row: usize, column: usize) -> f64 {
+        let index = row / LANES * self.across + column / LANES;
+        let block = if ACROSS == 1 {
+            &self.only
+        } else {
+            &self.several[index]
+        };
+        block[row % LANES].0[column % LANES]
     }
 
-    fn at_mut(&mut self, row: usize, column: usize) -> &mut f64 {
-        &mut self.values[row * self.across + column / LANES][column % LANES]
-    }
-
-    /// All pairs of a row and a column.
-    fn places(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
-        let size = self.size;
-        (0..size).flat_map(move |row| (0..size).map(move |column| (row, column)))
+    /// A row of the blocks in a column of blocks, likewise.
+    #[inline(always)]
+    fn row_mut<const ACROSS: usize>(&mut self, row: usize, block: usize) -> &mut Lanes {
+        let index = row / LANES * self.across + block;
+        let block = if ACROSS == 1 {
+            &mut self.only
+        } else {
+            &mut self.several[index]
+        };
+        &mut block[row % LANES]
     }
 
     /// Becomes `left right`.
     #[inline(always)]
-    pub(super) fn set_product(&mut self, left: &Self, right: &Self) {
-        match self.across {
-            1 => self.set_product_of::<1>(left, right),
-            _ => self.set_product_of::<0>(left, right),
-        }
-    }
-
-    /// With as many chunks a row, or any number where it is 0.
-    #[inline(always)]
-    fn set_product_of<const ACROSS: usize>(&mut self, left: &Self, right: &Self) {
-        let across = if ACROSS > 0 { ACROSS } else { self.across };
-        let rows = self.values.chunks_exact_mut(across);
-        for (own, factors) in rows.zip(left.values.chunks_exact(across)) {
-            for (chunk, own) in own.iter_mut().enumerate() {
-                let mut sums = [0.0; LANES];
-                let factors = factors.as_flattened().iter();
-                for (factor, values) in factors.zip(right.values.chunks_exact(across)) {
-                    for (sum, value) in sums.iter_mut().zip(&values[chunk]) {
-                        *sum += factor * value;
-                    }
-                }
-                *own = sums;
+    pub(super) fn set_product<S: Simd>(&mut self, simd: S, left: &Self, right: &Self) {
+        let across = self.across;
+        for (index, own) in self.blocks_mut().iter_mut().enumerate() {
+            *own = [Lanes::ZERO; LANES];
+            for between in 0..across {
+                let left = &left.blocks()[index / across * across + between];
+                let right = &right.blocks()[between * across + index % across];
+                add_product(simd, own, left, right);
             }
         }
     }
@@ -82,35 +116,60 @@ impl SmallSquare {
     /// Becomes the transpose of `other`.
     #[inline(always)]
     pub(super) fn set_transpose(&mut self, other: &Self) {
-        for (row, column) in other.places() {
-            *self.at_mut(column, row) = other.at(row, column);
+        let across = self.across;
+        for (index, own) in self.blocks_mut().iter_mut().enumerate() {
+            *own = transposed(&other.blocks()[index % across * across + index / across]);
         }
     }
 
     /// Becomes the mean of itself and its transpose.
     #[inline(always)]
     pub(super) fn symmetrise(&mut self) {
-        for row in 0..self.size {
-            for column in row + 1..self.size {
-                let mean = 0.5 * (self.at(row, column) + self.at(column, row));
-                *self.at_mut(row, column) = mean;
-                *self.at_mut(column, row) = mean;
+        let across = self.across;
+        let blocks = self.blocks_mut();
+        for row in 0..across {
+            for column in row..across {
+                let (upper, lower) = (row * across + column, column * across + row);
+                let other = transposed(&blocks[lower]);
+                for (own, other) in blocks[upper].iter_mut().zip(&other) {
+                    for (own, other) in own.0.iter_mut().zip(&other.0) {
+                        *own = 0.5 * (*own + other);
+                    }
+                }
+                if row != column {
+                    blocks[lower] = transposed(&blocks[upper]);
+                }
             }
         }
     }
 
     #[inline(always)]
     pub(super) fn add(&mut self, other: &Self) {
-        let own = self.values.as_flattened_mut().iter_mut();
-        for (own, other) in own.zip(other.values.as_flattened()) {
-            *own += other;
+        let own = self.blocks_mut().as_flattened_mut().iter_mut();
+        for (own, other) in own.zip(other.blocks().as_flattened()) {
+            for (own, other) in own.0.iter_mut().zip(&other.0) {
+                *own += other;
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn subtract(&mut self, other: &Self) {
+        let own = self.blocks_mut().as_flattened_mut().iter_mut();
+        for (own, other) in own.zip(other.blocks().as_flattened()) {
+            for (own, other) in own.0.iter_mut().zip(&other.0) {
+                *own -= other;
+            }
         }
     }
 
     #[inline(always)]
     pub(super) fn add_identity(&mut self) {
-        for index in 0..self.size {
-            *self.at_mut(index, index) += 1.0;
+        let (size, across) = (self.size, self.across);
+        let blocks = self.blocks_mut();
+        for index in 0..size {
+            let block = index / LANES * (across + 1);
+            blocks[block][index % LANES].0[index % LANES] += 1.0;
         }
     }
 
@@ -118,8 +177,8 @@ impl SmallSquare {
     #[inline(always)]
     pub(super) fn norm(&self) -> f64 {
         let mut sums = [0.0; LANES];
-        for values in &self.values {
-            for (sum, value) in sums.iter_mut().zip(values) {
+        for values in self.blocks().as_flattened() {
+            for (sum, value) in sums.iter_mut().zip(&values.0) {
                 *sum += value * value;
             }
         }
@@ -130,50 +189,66 @@ impl SmallSquare {
     /// with the largest pivot of each column; what is left of `self` is of no use. `false` where a
     /// pivot is zero.
     #[inline(always)]
-    pub(super) fn solve<const SIDES: usize>(&mut self, right: [&mut Self; SIDES]) -> bool {
+    pub(super) fn solve<S: Simd, const SIDES: usize>(
+        &mut self,
+        simd: S,
+        right: [&mut Self; SIDES],
+    ) -> bool {
         match self.across {
-            1 => self.solve_of::<1, SIDES>(right),
-            _ => self.solve_of::<0, SIDES>(right),
+            1 => self.solve_of::<S, 1, SIDES>(simd, right),
+            _ => self.solve_of::<S, 0, SIDES>(simd, right),
         }
     }
 
-    /// With as many chunks a row, or any number where it is 0.
+    /// With as many blocks a row, or any number where it is 0.
     #[inline(always)]
-    fn solve_of<const ACROSS: usize, const SIDES: usize>(
+    fn solve_of<S: Simd, const ACROSS: usize, const SIDES: usize>(
         &mut self,
+        simd: S,
         mut right: [&mut Self; SIDES],
     ) -> bool {
         let across = if ACROSS > 0 { ACROSS } else { self.across };
         for column in 0..self.size {
             let larger = |best: usize, row: usize| {
-                let further = self.at(row, column).abs() > self.at(best, column).abs();
+                let further =
+                    self.at::<ACROSS>(row, column).abs() > self.at::<ACROSS>(best, column).abs();
                 if further { row } else { best }
             };
             let best = (column + 1..self.size).fold(column, larger);
-            let pivot = self.at(best, column);
+            let pivot = self.at::<ACROSS>(best, column);
             if pivot == 0.0 {
                 return false;
             }
-            self.swap_rows(column, best);
-            for right in &mut right {
-                right.swap_rows(column, best);
+            if best != column {
+                self.swap_rows::<ACROSS>(across, column, best);
+                for right in &mut right {
+                    right.swap_rows::<ACROSS>(across, column, best);
+                }
             }
             let inverse = pivot.recip();
             for row in column + 1..self.size {
-                let factor = self.at(row, column) * inverse;
-                subtract_row(&mut self.values, across, [column, row], factor);
+                let factor = self.at::<ACROSS>(row, column) * inverse;
+                self.subtract_row::<S, ACROSS>(simd, across, [column, row], factor);
                 for right in &mut right {
-                    subtract_row(&mut right.values, across, [column, row], factor);
+                    right.subtract_row::<S, ACROSS>(simd, across, [column, row], factor);
                 }
             }
         }
         for column in (0..self.size).rev() {
-            let inverse = self.at(column, column).recip();
+            let inverse = self.at::<ACROSS>(column, column).recip();
             for right in &mut right {
-                right.scale_row(column, inverse);
+                for block in 0..across {
+                    for value in &mut right.row_mut::<ACROSS>(column, block).0 {
+                        *value *= inverse;
+                    }
+                }
                 for row in 0..column {
-                    let factor = self.at(row, column);
-                    subtract_row(&mut right.values, across, [column, row], factor);
+                    right.subtract_row::<S, ACROSS>(
+                        simd,
+                        across,
+                        [column, row],
+                        self.at::<ACROSS>(row, column),
+                    );
                 }
             }
         }
@@ -181,30 +256,88 @@ impl SmallSquare {
     }
 
     #[inline(always)]
-    fn swap_rows(&mut self, left: usize, right: usize) {
-        for chunk in 0..self.across {
-            let (left, right) = (left * self.across, right * self.across);
-            self.values.swap(left + chunk, right + chunk);
+    fn swap_rows<const ACROSS: usize>(&mut self, across: usize, left: usize, right: usize) {
+        for block in 0..across {
+            let own = *self.row_mut::<ACROSS>(left, block);
+            *self.row_mut::<ACROSS>(left, block) = *self.row_mut::<ACROSS>(right, block);
+            *self.row_mut::<ACROSS>(right, block) = own;
         }
     }
 
+    /// Subtracts `factor` times the first of two rows from the second.
     #[inline(always)]
-    fn scale_row(&mut self, row: usize, factor: f64) {
-        let own = &mut self.values[row * self.across..(row + 1) * self.across];
-        for value in own.as_flattened_mut() {
-            *value *= factor;
+    fn subtract_row<S: Simd, const ACROSS: usize>(
+        &mut self,
+        simd: S,
+        across: usize,
+        rows: [usize; 2],
+        factor: f64,
+    ) {
+        let factor = simd.splat_f64s(-factor);
+        for block in 0..across {
+            let subtracted = *self.row_mut::<ACROSS>(rows[0], block);
+            let own = registers_mut::<S>(&mut self.row_mut::<ACROSS>(rows[1], block).0);
+            for (own, &value) in own.iter_mut().zip(registers::<S>(&subtracted.0)) {
+                *own = simd.mul_add_f64s(factor, value, *own);
+            }
         }
     }
 }
 
-/// Subtracts `factor` times the first of two rows from the second.
+/// `F P F'`.
+pub(super) fn congruence(f: &DMatrix<f64>, p: &SmallSquare) -> SmallSquare {
+    let mut product = p.clone();
+    let (f, between) = (SmallSquare::from_matrix(f), p.clone());
+    Wide::new().run(Congruence {
+        f,
+        p,
+        between,
+        product: &mut product,
+    });
+    product
+}
+
+struct Congruence<'a> {
+    f: SmallSquare,
+    p: &'a SmallSquare,
+    between: SmallSquare,
+    product: &'a mut SmallSquare,
+}
+
+impl Work for Congruence<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        self.between.set_product(simd, &self.f, self.p);
+        let mut transposed = self.f.clone();
+        transposed.set_transpose(&self.f);
+        self.product.set_product(simd, &self.between, &transposed);
+    }
+}
+
+/// Adds `left right`.
 #[inline(always)]
-fn subtract_row(values: &mut [[f64; LANES]], across: usize, rows: [usize; 2], factor: f64) {
-    for chunk in 0..across {
-        let subtracted = values[rows[0] * across + chunk];
-        let own = &mut values[rows[1] * across + chunk];
-        for (own, value) in own.iter_mut().zip(subtracted) {
-            *own -= factor * value;
+fn add_product<S: Simd>(simd: S, sum: &mut Block, left: &Block, right: &Block) {
+    for (sum, factors) in sum.iter_mut().zip(left) {
+        for (register, sum) in registers_mut::<S>(&mut sum.0).iter_mut().enumerate() {
+            let mut own = *sum;
+            for (&factor, values) in factors.0.iter().zip(right) {
+                let values = registers::<S>(&values.0)[register];
+                own = simd.mul_add_f64s(simd.splat_f64s(factor), values, own);
+            }
+            *sum = own;
         }
     }
+}
+
+#[inline(always)]
+fn transposed(block: &Block) -> Block {
+    let mut transposed = [Lanes::ZERO; LANES];
+    for (row, values) in block.iter().enumerate() {
+        for (value, other) in values.0.iter().zip(&mut transposed) {
+            other.0[row] = *value;
+        }
+    }
+    transposed
 }
