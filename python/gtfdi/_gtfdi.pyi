@@ -1885,6 +1885,7 @@ def design(
     generator: str = "observer",
     statistic: str = "threshold",
     watch: str = "outputs",
+    unknown: Sequence[str] | None = None,
     poles: _Poles | Mapping[str, _Poles] | None = None,
     window: int | None = None,
     allowance: float | None = None,

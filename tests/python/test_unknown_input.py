@@ -232,3 +232,43 @@ def test_gains_of_what_has_none_are_refused():
     one, two = plant(0).model, plant(0, ny=2).model
     with pytest.raises(gtfdi.DimensionError, match="^outputs of from_fault: expected 3, found 2$"):
         gtfdi.robustness(one, two)
+
+
+def tank_record(seed, samples, inflow=0.0, level=0.0):
+    """A tank with three levels, all readings with noise; from the middle on two of them are off."""
+    rng = np.random.default_rng(seed)
+    drive, noise = rng.normal(size=samples), 0.05 * rng.normal(size=(samples, 4))
+    demand, x = np.zeros(samples), np.zeros(samples)
+    for t in range(1, samples):
+        demand[t] = 0.97 * demand[t - 1] + drive[t]
+        x[t] = 0.95 * x[t - 1] + 0.05 * demand[t - 1]
+    off = np.arange(samples) >= samples // 2
+    y = np.column_stack([x, 0.5 * x + off * level, -0.8 * x]) + noise[:, 1:]
+    return gtfdi.Dataset(
+        demand + off * inflow + noise[:, 0], y, TS, inputs=["u"], outputs=["a", "b", "c"]
+    )
+
+
+def test_a_bank_does_without_an_unknown_input():
+    # An hour between false alarms is asked for, and the records have five minutes.
+    model = gtfdi.eiv(tank_record(1, 4000), order=1, nk=1)
+    options = {"generator": "kalman", "statistic": "chi2", "arl0_h": 1.0}
+    healthy = [tank_record(2, 20_000)]
+    everything = gtfdi.design(model, healthy, watch="joint", **options)
+    without = gtfdi.design(model, healthy, unknown=["u"], **options)
+    assert [test["name"] for test in without.detectors] == ["joint"]
+    inflow, level = tank_record(3, 3000, inflow=8.0), tank_record(3, 3000, level=0.5)
+    assert everything.detect(inflow).alarms and not without.detect(inflow).alarms
+    alarms = without.detect(level).alarms
+    assert alarms and all(alarm["time_s"] >= 150.0 for alarm in alarms)
+
+
+def test_unknown_channels_are_of_the_model_and_leave_something():
+    model = gtfdi.eiv(tank_record(1, 4000), order=1, nk=1)
+    healthy, options = [tank_record(2, 4000)], {"generator": "kalman", "statistic": "chi2"}
+    with pytest.raises(gtfdi.OptionError, match="unknown: expected none without the generator"):
+        gtfdi.design(model, healthy, unknown=["u"])
+    with pytest.raises(gtfdi.GtfdiError, match="`v`"):
+        gtfdi.design(model, healthy, unknown=["v"], **options)
+    with pytest.raises(gtfdi.GtfdiError, match="outputs: expected more than the 1 independent"):
+        gtfdi.design(model, healthy, unknown=["u", "a", "b"], **options)

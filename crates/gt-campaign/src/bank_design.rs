@@ -147,8 +147,8 @@ pub fn in_sample_optimism(model: &ArxModel) -> Vec<f64> {
 }
 
 impl TestPlan {
-    /// Tests on the residuals of a model's generators, one an output, calibrated on healthy records;
-    /// `in_sample` says which of them the model was identified from ([`in_sample_optimism`]).
+    /// Tests on the residuals of a model's generators, calibrated on healthy records; the residuals of
+    /// a generator with several outputs are tested together. `in_sample` says which of them the model was identified from ([`in_sample_optimism`]).
     ///
     /// # Errors
     /// As [`ResidualTest::calibrate_in_sample`], with the name of the test.
@@ -163,9 +163,14 @@ impl TestPlan {
             .validate()
             .map_err(|error| (model.outputs()[0].name.clone(), error))?;
         let factors = in_sample_optimism(model);
-        let optimism = DMatrix::from_fn(generators.len(), healthy.len(), |output, record| {
+        let factor = |generator: &ResidualGenerator| {
+            let outputs = model.outputs().iter().zip(&factors);
+            let own = outputs.filter(|(output, _)| generator.outputs().contains(output));
+            own.fold(1.0, |largest: f64, (_, factor)| largest.max(*factor))
+        };
+        let optimism = DMatrix::from_fn(generators.len(), healthy.len(), |index, record| {
             if in_sample.get(record) == Some(&true) {
-                factors.get(output).copied().unwrap_or(1.0)
+                factor(&generators[index])
             } else {
                 1.0
             }
@@ -173,10 +178,14 @@ impl TestPlan {
         let mut groups: Vec<(String, std::ops::Range<usize>)> = Vec::new();
         if self.watch != Watch::Joint {
             for (index, generator) in generators.iter().enumerate() {
-                groups.push((generator.outputs()[0].name.clone(), index..index + 1));
+                let name = match generator.outputs() {
+                    [output] => &output.name,
+                    _ => JOINT_TEST,
+                };
+                groups.push((name.to_owned(), index..index + 1));
             }
         }
-        if self.watch != Watch::Outputs {
+        if self.watch != Watch::Outputs && groups.iter().all(|(name, _)| name != JOINT_TEST) {
             groups.push((JOINT_TEST.to_owned(), 0..generators.len()));
         }
         let rule = self.rule_for(groups.len());

@@ -28,6 +28,7 @@ pub mod report;
 pub mod reports;
 mod reproduce;
 mod statistic_choice;
+mod unknown_input;
 
 pub use bank_design::{
     JOINT_TEST, Refusal, TestPlan, Watch, in_sample_optimism, kalman_generator, search_observers,
@@ -41,3 +42,4 @@ pub use progress::{Progress, Silent};
 pub use reproduce::tables;
 pub use reproduce::{Depth, Reproduction, reproduce};
 pub use statistic_choice::{OptionRefusal, StatisticChoice, StatisticName};
+pub use unknown_input::unknown_input_generator;

@@ -4,7 +4,10 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use gt_campaign::{StatisticChoice, StatisticName, TestPlan, Watch, kalman_generator, paper};
+use gt_campaign::{
+    StatisticChoice, StatisticName, TestPlan, Watch, kalman_generator, paper,
+    unknown_input_generator,
+};
 use gt_log::{RunMetadata, read_json, write_json, write_verdicts};
 use gtfdi::core::{Dataset, index_of};
 use gtfdi::fdi::{
@@ -386,6 +389,33 @@ pub fn check_poles(
     Ok(())
 }
 
+/// Refuses unknown channels that no filter can do without.
+fn check_unknown(
+    model: &ArxModel,
+    kalman: bool,
+    noise: Option<&EivModel>,
+    unknown: &[String],
+) -> Result<(), Failure> {
+    let Some(first) = unknown.first() else {
+        return Ok(());
+    };
+    if !kalman || noise.is_none() {
+        return Err(Failure::Option {
+            option: "unknown",
+            expected: "none without the generator kalman and an errors-in-variables model"
+                .to_owned(),
+            found: first.clone(),
+        });
+    }
+    for tag in unknown {
+        let is_input = model.inputs().iter().any(|input| input.name == *tag);
+        if !is_input {
+            index_of(model.outputs(), tag)?;
+        }
+    }
+    Ok(())
+}
+
 /// Records with the channels of a model.
 pub fn known_records(
     model: &ArxModel,
@@ -448,6 +478,9 @@ pub fn generators(
 /// watch : str, optional
 ///     ``"outputs"``: a test an output. ``"joint"``: one test on the norm of all residuals whitened
 ///     among themselves. ``"both"``.
+/// unknown : list of str, optional
+///     Inputs or outputs that may read anything, with ``"kalman"`` and an errors-in-variables model:
+///     one filter whose residuals feel no error of theirs, and one test of them all.
 /// poles : float, list of float or complex, or dict, optional
 ///     Of observers: one pole for all states, one a state, or either by tag; complex ones together
 ///     with their conjugates. By default the paper's 0.7, 0.3, 0.4, 0.4 for q_c, t3, p7, m9 and 0.5
@@ -492,10 +525,10 @@ pub fn generators(
 /// >>> gtfdi.design(model, healthy, poles={"q_c": 0.7}, margin=1.2).save("bank.json")
 #[pyfunction]
 #[pyo3(signature = (model, healthy, *, generator="observer", statistic="threshold",
-    watch="outputs", poles=None, window=None, allowance=None, waveform=None, sizes=None,
+    watch="outputs", unknown=None, poles=None, window=None, allowance=None, waveform=None, sizes=None,
     exceedance=None, margin=None, arl0_h=None, consecutive=None, in_sample=false),
     text_signature = "(model, healthy, *, generator='observer', statistic='threshold', \
-    watch='outputs', poles=None, window=None, allowance=None, waveform=None, sizes=None, \
+    watch='outputs', unknown=None, poles=None, window=None, allowance=None, waveform=None, sizes=None, \
     exceedance=None, margin=None, arl0_h=None, consecutive=None, in_sample=False)")]
 #[allow(clippy::too_many_arguments)] // Python names them
 pub fn design(
@@ -505,6 +538,7 @@ pub fn design(
     generator: &str,
     statistic: &str,
     watch: &str,
+    unknown: Option<Vec<String>>,
     poles: Option<Placement>,
     window: Option<usize>,
     allowance: Option<f64>,
@@ -543,9 +577,14 @@ pub fn design(
     };
     let (noise, model) = (model.noise().cloned(), model.equations().clone());
     check_poles(&model, kalman, poles.as_ref())?;
+    let unknown = unknown.unwrap_or_default();
+    check_unknown(&model, kalman, noise.as_ref(), &unknown)?;
     let healthy = known_records(&model, &healthy)?;
     let inner = interruptible(py, move |_| {
-        let generators = generators(&model, noise.as_ref(), kalman, poles.as_ref())?;
+        let generators = match &noise {
+            Some(noise) if !unknown.is_empty() => vec![unknown_input_generator(noise, &unknown)?],
+            noise => generators(&model, noise.as_ref(), kalman, poles.as_ref())?,
+        };
         let in_sample = vec![in_sample; healthy.len()];
         let tests = plan
             .tests(&model, &generators, &healthy, &in_sample)

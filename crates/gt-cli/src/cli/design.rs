@@ -98,6 +98,8 @@ Example: gtfdi design --model model.json --healthy healthy.mcap --poles 0.7 --ma
 --validate-faulty f2.mcap --out bank.json
          gtfdi design --model eiv.json --healthy h1.mcap,h2.mcap --generator kalman --arl0 24h \
 --faults faults.toml --out isolator.json
+         gtfdi design --model eiv.json --healthy h1.mcap,h2.mcap --generator kalman --unknown M_f \
+--statistic chi2 --arl0 24h --out without_fuel.json
 
 A file of faults has a table for each, by what one unit of it changes in the outputs at held inputs, \
 by the actuator that grows slow, or by pairs of records that show it:
@@ -141,6 +143,11 @@ pub struct DesignArgs {
     /// Residual generator [default: observer]
     #[arg(long, env = "GTFDI_GENERATOR", value_enum)]
     pub generator: Option<GeneratorKind>,
+    /// Inputs or outputs that may read anything: one filter whose residuals feel no error of
+    /// theirs, tested together, with --generator kalman and an errors-in-variables model; several with
+    /// commas, or repeat the option
+    #[arg(long, env = "GTFDI_UNKNOWN", value_name = "TAG", value_delimiter = ',')]
+    pub unknown: Option<Vec<String>>,
     /// Observer poles: one for all, one a state, or TAG=POLE for one output, again one or one a state;
     /// complex ones as 0.9+0.1i,0.9-0.1i [default: the paper's for the four outputs it watches (0.7,
     /// 0.3, 0.4, 0.4), 0.5 for any other, equal for all states]

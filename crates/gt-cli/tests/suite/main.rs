@@ -44,4 +44,5 @@ mod signal;
 mod simulate;
 mod statistics_road;
 mod stream;
+mod unknown_road;
 mod walk_through;

@@ -3,8 +3,8 @@
 use gt_core::{Dataset, OperatingPoint, Signal, StateSpace};
 use gt_fdi::FdiError;
 use gt_fdi::design::{
-    FaultModel, FilterError, LinearResidual, NoiseCovariance, UnknownInput, UnknownInputError,
-    UnknownInputObserver,
+    FaultModel, FilterError, KalmanFilter, LinearResidual, NoiseCovariance, ResidualGenerator,
+    UnknownInput, UnknownInputError, UnknownInputObserver,
 };
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -137,6 +137,69 @@ proptest! {
         prop_assert!(expected.amax() > 0.0);
         let through = observer.from_disturbance();
         prop_assert!(through.b().amax() < 1e-8 * enlarged && through.d().amax() < 1e-8);
+    }
+}
+
+proptest! {
+    /// The form for the detector has the residuals of the observer, combined so that each output of
+    /// its own has a residual: the same numbers times the inverse of a square part of M, which stands
+    /// in the observer's direct term.
+    #[test]
+    fn prop_the_generator_has_the_residuals_of_the_observer(
+        nx in 2_usize..7,
+        of_state in 1_usize..3,
+        at_once in 0_usize..3,
+        left in 1_usize..4,
+        seed in any::<u64>(),
+    ) {
+        const LEN: usize = 200;
+        let of_state = of_state.min(nx - 1);
+        let ny = of_state + at_once + left;
+        let model = random_model(nx, ny, of_state, at_once, seed);
+        let (point, noise) = (point(ny), unit_noise(nx, ny));
+        let built = UnknownInputObserver::kalman(&model, point.clone(), &noise);
+        prop_assume!(!matches!(built, Err(FdiError::Filter(FilterError::NoSteadySolution { .. }))));
+        let observer = built.unwrap();
+        prop_assume!(observer.settle_samples() < 100);
+        let system = observer.residual().system();
+        prop_assume!(system.b().norm() < 1e4);
+        let generator = ResidualGenerator::unknown_input(&model, &point, &noise).unwrap();
+
+        prop_assert_eq!(generator.outputs().len(), left);
+        let plant = model.model();
+        let places: Vec<usize> = generator.outputs().iter().map(|own| {
+            plant.outputs().iter().position(|output| output == own).unwrap()
+        }).collect();
+        let m = system.d().columns(2, ny).into_owned();
+        let combination = m.select_columns(&places).try_inverse().unwrap();
+        // Of columns that are furthest from each other, and of rows that are at right angles.
+        let condition = combination.norm() * m.select_columns(&places).norm();
+
+        let (u, f) = (draws(seed, 11, 2, LEN), draws(seed, 12, 1, LEN));
+        let d = 1000.0 * draws(seed, 13, of_state + at_once, LEN);
+        let data = record(&model, &DVector::zeros(nx), [&u, &d, &f], &point);
+        let expected = &combination * observer.residuals(&data).unwrap();
+        let found = generator.residuals(&data).unwrap();
+        // As in the test above, of what the outputs alone would put into the residuals.
+        let size = DVector::from_fn(ny, |row, _| data.y().row(row).amax());
+        let through = (&combination * &m).abs() * size;
+        for (row, through) in through.iter().enumerate() {
+            let error = (found.row(row) - expected.row(row)).amax() / through;
+            prop_assert!(error < 1e-9 * condition, "{error:e}, {condition:e}");
+        }
+        let covariance = KalmanFilter::new(
+            generator.model().clone(),
+            generator.noise().unwrap().clone(),
+        ).unwrap().innovation_covariance();
+        let own = observer.covariance().unwrap();
+        let expected = &combination * own * combination.transpose();
+        let error = (covariance - &expected).amax() / expected.amax();
+        prop_assert!(error < 1e-8 * condition, "{error:e}, {condition:e}");
+
+        // It goes into files as any filter does.
+        let text = serde_json::to_string(&generator).unwrap();
+        let read: ResidualGenerator = serde_json::from_str(&text).unwrap();
+        prop_assert_eq!(read, generator);
     }
 }
 

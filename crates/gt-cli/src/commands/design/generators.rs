@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use gt_campaign::{Refusal, kalman_generator, search_observers};
+use gt_campaign::{Refusal, kalman_generator, search_observers, unknown_input_generator};
 use gtfdi::core::Dataset;
 use gtfdi::fdi::{ObserverDesign, PoleSearch, ResidualGenerator};
 use gtfdi::ident::eiv::EivModel;
@@ -70,6 +70,37 @@ pub fn found_by(
     Ok(Found {
         generators,
         searched,
+    })
+}
+
+/// One filter that feels no error of the channels `unknown`.
+pub fn without(
+    unknown: &[String],
+    model: &ArxModel,
+    noise: Option<&EivModel>,
+    model_path: &Path,
+) -> Result<Found, Failure> {
+    let Some(noise) = noise else {
+        return Err(Failure::in_file(
+            model_path,
+            "--unknown: expected an errors-in-variables model, whose noise says what is left without \
+             the channels (identify --method eiv or frisch), found an ARX model",
+        ));
+    };
+    let signals = model.inputs().iter().chain(model.outputs());
+    let names: Vec<&str> = signals.map(|signal| signal.name.as_str()).collect();
+    if let Some(tag) = unknown.iter().find(|tag| !names.contains(&tag.as_str())) {
+        return Err(Failure::input(format!(
+            "--unknown: expected a channel of {} ({}), found `{tag}`",
+            model_path.display(),
+            names.join(", ")
+        )));
+    }
+    let generator = unknown_input_generator(noise, unknown)
+        .map_err(|error| Failure::input(format!("--unknown {}: {error}", unknown.join(","))))?;
+    Ok(Found {
+        generators: vec![generator],
+        searched: vec![None; model.outputs().len()],
     })
 }
 

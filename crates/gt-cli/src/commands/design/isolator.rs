@@ -67,6 +67,7 @@ pub fn refuse_others(args: &DesignArgs) -> Result<(), Failure> {
     let given = [
         ("--statistic", args.statistic != Some(Statistic::Threshold)),
         ("--watch", args.watch.is_some()),
+        ("--unknown", args.unknown.is_some()),
         ("--exceedance", args.exceedance.is_some()),
         ("--margin", args.margin.is_some()),
         ("--consecutive", args.consecutive.is_some()),

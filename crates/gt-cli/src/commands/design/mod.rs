@@ -17,7 +17,7 @@ use gtfdi::core::Dataset;
 use gtfdi::fdi::{Bank, FdiError, ObserverDesign, ResidualTest, StatisticError, ThresholdRule};
 use gtfdi::ident::{ArxModel, Missing};
 
-use self::generators::{Found, chosen, found_by, parts};
+use self::generators::{Found, chosen, found_by, parts, without};
 use self::optimisation::output_reports;
 use self::poles::check_tags;
 use self::report::{Report, test_reports, text, unsupported};
@@ -171,6 +171,11 @@ fn asked(args: &DesignArgs) -> Result<Asked<'_>, Failure> {
             "--poles: expected with --generator observer, found kalman, which chooses its own",
         ));
     }
+    if args.unknown.is_some() && generator != GeneratorKind::Kalman {
+        return Err(Failure::input(
+            "--unknown: expected with --generator kalman, found observer",
+        ));
+    }
     match &args.faults {
         Some(_) => isolator::refuse_others(args)?,
         None => isolator::refuse_own(args)?,
@@ -244,13 +249,14 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
     let Found {
         generators,
         searched,
-    } = match faulty {
-        Some((search, mut faulty)) => {
+    } = match (faulty, &args.unknown) {
+        (_, Some(unknown)) => without(unknown, model, noise.as_ref(), model_path)?,
+        (Some((search, mut faulty)), None) => {
             let found = found_by(search, parts, &mut faulty, &healthy, &healthy_paths)?;
             warnings.append(&mut faulty.warnings);
             found
         }
-        None => chosen(generator, model, noise.as_ref(), parts, &wishes)?
+        (None, None) => chosen(generator, model, noise.as_ref(), parts, &wishes)?
             .map_err(|(name, error)| refused(&error, &args, &name, &healthy_paths, &healthy))?,
     };
     let tests = plan
@@ -278,12 +284,16 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         warnings,
         out,
     };
-    if global.json {
-        print_json(&report)?;
-    } else {
-        print(&text(&report))?;
-    }
+    tell(&report, global)?;
     Ok(Outcome::Done)
+}
+
+fn tell(report: &Report, global: &GlobalArgs) -> Result<(), Failure> {
+    if global.json {
+        print_json(report)
+    } else {
+        print(&text(report))
+    }
 }
 
 /// The faulty records of the healthy ones, split with them where samples are missing and that is how

@@ -141,7 +141,7 @@ impl Decoupling {
 }
 
 /// One over the norm of each row of `[C F]`, so that the units of the outputs do not matter.
-fn output_scales(model: &StateSpace, f: &DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn output_scales(model: &StateSpace, f: &DMatrix<f64>) -> DMatrix<f64> {
     let scales = DVector::from_fn(model.ny(), |row, _| {
         let norm = model.c().row(row).norm().hypot(f.row(row).norm());
         if norm > 0.0 { 1.0 / norm } else { 1.0 }

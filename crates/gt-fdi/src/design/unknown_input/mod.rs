@@ -5,6 +5,7 @@ mod decoupling;
 mod error;
 mod fault_model;
 mod frequency_gain;
+mod generator;
 mod linear_residual;
 mod observer;
 mod robustness;

@@ -1,0 +1,92 @@
+//! A filter of a model that no error of some channels reaches.
+
+use gtfdi::core::{OperatingPoint, Signal, StateSpace};
+use gtfdi::fdi::{
+    FaultModel, FdiError, NoiseCovariance, ResidualGenerator, UnknownInput, UnknownInputError,
+};
+use gtfdi::ident::eiv::{ChannelNoise, EivModel};
+use nalgebra::{DMatrix, DVector};
+
+use crate::CampaignError;
+use crate::error::During;
+
+/// One Kalman filter of an errors-in-variables model whose residuals do not feel what the channels
+/// `unknown` do, whatever it is: unknown outputs are left out, and what an unknown input does to the
+/// others is a disturbance that is decoupled ([`ResidualGenerator::unknown_input`]). Names that are no
+/// channel of the model have no effect.
+///
+/// # Errors
+/// [`CampaignError`] when the model has no state space, no output is left, or there is no such
+/// filter.
+pub fn unknown_input_generator(
+    noise: &EivModel,
+    unknown: &[String],
+) -> Result<ResidualGenerator, CampaignError> {
+    let what = "Kalman filter without the unknown channels";
+    let relation = noise.relation();
+    let model = relation.state_space().during(what)?;
+    let split = |signals: &[Signal]| -> (Vec<usize>, Vec<usize>) {
+        (0..signals.len()).partition(|&index| !unknown.contains(&signals[index].name))
+    };
+    let (inputs, unknown_inputs) = split(model.inputs());
+    let (outputs, _) = split(model.outputs());
+    if outputs.is_empty() {
+        let none = UnknownInputError::NoOutputLeft {
+            disturbances: unknown_inputs.len(),
+            outputs: 0,
+        };
+        return Err(FdiError::from(none)).during(what);
+    }
+    let (c, d) = (
+        model.c().select_rows(&outputs),
+        model.d().select_rows(&outputs),
+    );
+    let matrices = [
+        model.a().clone(),
+        model.b().select_columns(&inputs),
+        c,
+        d.select_columns(&inputs),
+    ];
+    let (own_inputs, own_outputs) = (
+        chosen(model.inputs(), &inputs),
+        chosen(model.outputs(), &outputs),
+    );
+    let kept = StateSpace::new(matrices, model.sample_time_s(), own_inputs, own_outputs)
+        .map_err(FdiError::from)
+        .during(what)?;
+    let point = relation.operating_point();
+    let point = OperatingPoint {
+        u: elements(&point.u, &inputs),
+        y: elements(&point.y, &outputs),
+    };
+    let variances = |channels: &[ChannelNoise], wanted: &[usize]| -> Vec<f64> {
+        wanted
+            .iter()
+            .map(|&index| channels[index].variance)
+            .collect()
+    };
+    let covariance = NoiseCovariance::errors_in_variables(
+        &kept,
+        &variances(noise.input_noise(), &inputs),
+        &variances(noise.output_noise(), &outputs),
+    )
+    .during(what)?;
+    if unknown_inputs.is_empty() {
+        return ResidualGenerator::kalman(kept, point, covariance).during(what);
+    }
+    let disturbance = UnknownInput {
+        state: model.b().select_columns(&unknown_inputs),
+        output: d.select_columns(&unknown_inputs),
+    };
+    let no_fault = UnknownInput::of_state(DMatrix::zeros(kept.nx(), 0), kept.ny());
+    let disturbed = FaultModel::new(kept, disturbance, no_fault).during(what)?;
+    ResidualGenerator::unknown_input(&disturbed, &point, &covariance).during(what)
+}
+
+fn chosen(signals: &[Signal], wanted: &[usize]) -> Vec<Signal> {
+    wanted.iter().map(|&index| signals[index].clone()).collect()
+}
+
+fn elements(values: &DVector<f64>, wanted: &[usize]) -> DVector<f64> {
+    DVector::from_iterator(wanted.len(), wanted.iter().map(|&index| values[index]))
+}
