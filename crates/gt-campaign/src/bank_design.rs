@@ -17,7 +17,7 @@ pub const JOINT_TEST: &str = "joint";
 /// Which residuals are tested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Watch {
-    /// Each output's by itself.
+    /// Each output's by itself, but those of one generator together.
     Outputs,
     /// All of them together.
     Joint,
@@ -147,8 +147,8 @@ pub fn in_sample_optimism(model: &ArxModel) -> Vec<f64> {
 }
 
 impl TestPlan {
-    /// Tests on the residuals of a model's generators, calibrated on healthy records; the residuals of
-    /// a generator with several outputs are tested together. `in_sample` says which of them the model was identified from ([`in_sample_optimism`]).
+    /// Tests on the residuals of a model's generators, those of a generator with several outputs
+    /// together, calibrated on healthy records; of the records `in_sample` says which of them the model was identified from ([`in_sample_optimism`]).
     ///
     /// # Errors
     /// As [`ResidualTest::calibrate_in_sample`], with the name of the test.
@@ -164,8 +164,14 @@ impl TestPlan {
             .map_err(|error| (model.outputs()[0].name.clone(), error))?;
         let factors = in_sample_optimism(model);
         let factor = |generator: &ResidualGenerator| {
+            // The rows of all outputs made a filter of several, also of those that it reads.
+            let others = match generator.outputs() {
+                [_] => &[],
+                _ => generator.inputs(),
+            };
+            let read = || generator.outputs().iter().chain(others);
             let outputs = model.outputs().iter().zip(&factors);
-            let own = outputs.filter(|(output, _)| generator.outputs().contains(output));
+            let own = outputs.filter(|(output, _)| read().any(|signal| signal.name == output.name));
             own.fold(1.0, |largest: f64, (_, factor)| largest.max(*factor))
         };
         let optimism = DMatrix::from_fn(generators.len(), healthy.len(), |index, record| {
@@ -185,7 +191,8 @@ impl TestPlan {
                 groups.push((name.to_owned(), index..index + 1));
             }
         }
-        if self.watch != Watch::Outputs && groups.iter().all(|(name, _)| name != JOINT_TEST) {
+        let together = matches!(generators, [one] if one.outputs().len() > 1);
+        if self.watch == Watch::Joint || (self.watch == Watch::Both && !together) {
             groups.push((JOINT_TEST.to_owned(), 0..generators.len()));
         }
         let rule = self.rule_for(groups.len());

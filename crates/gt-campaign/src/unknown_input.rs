@@ -11,7 +11,7 @@ use crate::CampaignError;
 use crate::error::During;
 
 /// One Kalman filter of an errors-in-variables model whose residuals do not feel what the channels
-/// `unknown` do, whatever it is: unknown outputs are left out, and what an unknown input does to the
+/// `unknown` do, whatever it is: unknown outputs are left out with the states that only they show, and what an unknown input does to the
 /// others is a disturbance that is decoupled ([`ResidualGenerator::unknown_input`]). Names that are no
 /// channel of the model have no effect.
 ///
@@ -37,16 +37,16 @@ pub fn unknown_input_generator(
         };
         return Err(FdiError::from(none)).during(what);
     }
+    let states = reaching(&model, &outputs);
+    let (a, b) = (
+        model.a().select_rows(&states).select_columns(&states),
+        model.b().select_rows(&states),
+    );
     let (c, d) = (
-        model.c().select_rows(&outputs),
+        model.c().select_rows(&outputs).select_columns(&states),
         model.d().select_rows(&outputs),
     );
-    let matrices = [
-        model.a().clone(),
-        model.b().select_columns(&inputs),
-        c,
-        d.select_columns(&inputs),
-    ];
+    let matrices = [a, b.select_columns(&inputs), c, d.select_columns(&inputs)];
     let (own_inputs, own_outputs) = (
         chosen(model.inputs(), &inputs),
         chosen(model.outputs(), &outputs),
@@ -75,12 +75,32 @@ pub fn unknown_input_generator(
         return ResidualGenerator::kalman(kept, point, covariance).during(what);
     }
     let disturbance = UnknownInput {
-        state: model.b().select_columns(&unknown_inputs),
+        state: b.select_columns(&unknown_inputs),
         output: d.select_columns(&unknown_inputs),
     };
     let no_fault = UnknownInput::of_state(DMatrix::zeros(kept.nx(), 0), kept.ny());
     let disturbed = FaultModel::new(kept, disturbance, no_fault).during(what)?;
     ResidualGenerator::unknown_input(&disturbed, &point, &covariance).during(what)
+}
+
+/// The states that reach some of the outputs: those of an output that is left out may reach none.
+fn reaching(model: &StateSpace, outputs: &[usize]) -> Vec<usize> {
+    let nx = model.nx();
+    let mut reaches: Vec<bool> = (0..nx)
+        .map(|state| {
+            outputs
+                .iter()
+                .any(|&output| model.c()[(output, state)] != 0.0)
+        })
+        .collect();
+    // A path passes every state once at most.
+    for _ in 0..nx {
+        for state in 0..nx {
+            let further = |next: usize| reaches[next] && model.a()[(next, state)] != 0.0;
+            reaches[state] |= (0..nx).any(further);
+        }
+    }
+    (0..nx).filter(|&state| reaches[state]).collect()
 }
 
 fn chosen(signals: &[Signal], wanted: &[usize]) -> Vec<Signal> {

@@ -13,11 +13,17 @@ pub fn step<R: Real, const N: usize>(
     x: &[R; N],
     step: f64,
 ) -> [R; N] {
-    let half = 0.5 * step;
-    let k1 = derivative(t, x);
-    let k2 = derivative(t + half, &advanced(x, &k1, half));
-    let k3 = derivative(t + half, &advanced(x, &k2, half));
-    let k4 = derivative(t + step, &advanced(x, &k3, step));
+    // A loop, so that a large derivative stands once in the program, not four times.
+    let ahead = [0.0, 0.5 * step, 0.5 * step, step];
+    let mut k = [*x; 4];
+    let mut at = *x;
+    for stage in 0..4 {
+        if stage > 0 {
+            at = advanced(x, &k[stage - 1], ahead[stage]);
+        }
+        k[stage] = derivative(t + ahead[stage], &at);
+    }
+    let [k1, k2, k3, k4] = &k;
     let mut next = *x;
     for i in 0..N {
         let slope = (k2[i] + k3[i]) * 2.0 + k1[i] + k4[i];

@@ -407,11 +407,9 @@ fn check_unknown(
             found: first.clone(),
         });
     }
+    let channels = [model.inputs(), model.outputs()].concat();
     for tag in unknown {
-        let is_input = model.inputs().iter().any(|input| input.name == *tag);
-        if !is_input {
-            index_of(model.outputs(), tag)?;
-        }
+        index_of(&channels, tag)?;
     }
     Ok(())
 }
@@ -480,7 +478,8 @@ pub fn generators(
 ///     among themselves. ``"both"``.
 /// unknown : list of str, optional
 ///     Inputs or outputs that may read anything, with ``"kalman"`` and an errors-in-variables model:
-///     one filter whose residuals feel no error of theirs, and one test of them all.
+///     one filter whose residuals feel no error of theirs, and one test of them all. An input must
+///     act at once or one sample later.
 /// poles : float, list of float or complex, or dict, optional
 ///     Of observers: one pole for all states, one a state, or either by tag; complex ones together
 ///     with their conjugates. By default the paper's 0.7, 0.3, 0.4, 0.4 for q_c, t3, p7, m9 and 0.5

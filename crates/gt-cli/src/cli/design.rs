@@ -47,7 +47,7 @@ pub enum Statistic {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum WatchKind {
-    /// Each output's by itself
+    /// Each output's by itself; those that one filter makes (--unknown) together
     Outputs,
     /// All together: the norm of the residuals whitened among themselves
     Joint,
@@ -144,8 +144,8 @@ pub struct DesignArgs {
     #[arg(long, env = "GTFDI_GENERATOR", value_enum)]
     pub generator: Option<GeneratorKind>,
     /// Inputs or outputs that may read anything: one filter whose residuals feel no error of
-    /// theirs, tested together, with --generator kalman and an errors-in-variables model; several with
-    /// commas, or repeat the option
+    /// theirs, tested together, with --generator kalman and an errors-in-variables model; an input
+    /// must act at once or one sample later (--nk 0 or 1); several with commas, or repeat the option
     #[arg(long, env = "GTFDI_UNKNOWN", value_name = "TAG", value_delimiter = ',')]
     pub unknown: Option<Vec<String>>,
     /// Observer poles: one for all, one a state, or TAG=POLE for one output, again one or one a state;

@@ -69,7 +69,7 @@ fn alarms(bank: &str, record: &str) -> Vec<Value> {
     array(&place().json(&[&head[..], &TIME].concat()), "/alarms").to_vec()
 }
 
-/// A reading of the inflow that is off by eight times the noise of the levels alarms the filters that
+/// A reading of the inflow that is off by eighty times its noise alarms the filters that
 /// read it and not the one that does without; a level that is off alarms both. An hour between
 /// false alarms is asked for, and each record has five minutes.
 #[test]

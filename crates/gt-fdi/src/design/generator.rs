@@ -18,6 +18,11 @@ pub const SETTLE_LEVEL: f64 = 1e-4;
 /// The longest settling accepted, in samples: over two hours at 0.08 s, and slower is of no use.
 pub const MAX_SETTLE_SAMPLES: usize = 100_000;
 
+/// The largest spectral radius of `A` with which a generator predicts where an output is missing:
+/// an integrator that was identified passes. The state of a model that grows faster is worth nothing
+/// after a few samples without a correction, and the generator begins anew.
+pub const MAX_PREDICTED_RADIUS: f64 = 1.01;
+
 /// How far the gain in a file may be from that of its poles or noise, relative to the largest
 /// entry: more than another machine's rounding, less than any other pole.
 const GAIN_TOLERANCE: f64 = 1e-6;
@@ -42,6 +47,8 @@ pub struct ResidualGenerator {
     noise: Option<NoiseCovariance>,
     #[serde(skip)]
     settle_samples: usize,
+    #[serde(skip)]
+    predicts: bool,
 }
 
 /// The fields of a [`ResidualGenerator`] as they come from a file.
@@ -184,6 +191,7 @@ impl ResidualGenerator {
             });
         };
         Ok(Self {
+            predicts: spectral_radius(model.a()) <= MAX_PREDICTED_RADIUS,
             model,
             gain,
             point,
@@ -315,6 +323,7 @@ impl ResidualGenerator {
             d: by_rows(d),
             u0: point.u.as_slice().to_vec(),
             y0: point.y.as_slice().to_vec(),
+            predicts: self.predicts,
         }
     }
 }

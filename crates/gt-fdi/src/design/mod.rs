@@ -59,7 +59,7 @@ pub use calibration::{Calibration, FalseAlarmSummary, calibrate};
 pub use eiv_kalman::EivKalman;
 pub use false_alarm::{FalseAlarmRate, count_alarms};
 pub use filter_error::FilterError;
-pub use generator::{MAX_SETTLE_SAMPLES, ResidualGenerator, SETTLE_LEVEL};
+pub use generator::{MAX_PREDICTED_RADIUS, MAX_SETTLE_SAMPLES, ResidualGenerator, SETTLE_LEVEL};
 pub use innovation::Innovation;
 pub use isolating_residuals::IsolatingResiduals;
 pub use isolation::{

@@ -114,8 +114,13 @@ impl Riccati {
     /// and a zero outside the unit circle, for example.
     fn from_regularised(process: Process) -> Option<Self> {
         let nx = process.a.nrows();
-        let size = REGULARISATION * process.q.norm() / (nx.max(1) as f64).sqrt();
-        if size == 0.0 {
+        let size = match process.q.norm() {
+            // Without any, what C makes a share of R.
+            0.0 => process.r.norm() / process.c.norm_squared(),
+            norm => norm / (nx.max(1) as f64).sqrt(),
+        };
+        let size = REGULARISATION * size;
+        if size == 0.0 || !size.is_finite() {
             return None;
         }
         let q = process.q + DMatrix::identity(nx, nx) * size;

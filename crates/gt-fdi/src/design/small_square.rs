@@ -1,4 +1,4 @@
-//! Square matrices of a few rows in flat arrays, for iterations that allocate nothing. What an
+//! Square matrices of a few rows in flat arrays, which allocate nothing for up to eight. What an
 //! iteration does is inlined into it, so that it uses the registers that the iteration may use.
 
 use nalgebra::DMatrix;
@@ -340,4 +340,69 @@ fn transposed(block: &Block) -> Block {
         }
     }
     transposed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Numbers in -0.5 .. 0.5.
+    fn random(size: usize, seed: u64) -> DMatrix<f64> {
+        let mut state = seed;
+        DMatrix::from_fn(size, size, |_, _| {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        })
+    }
+
+    struct Solve<'a>(&'a mut SmallSquare, &'a mut SmallSquare);
+
+    impl Work for Solve<'_> {
+        type Output = bool;
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> bool {
+            self.0.solve(simd, [self.1])
+        }
+    }
+
+    /// In one block and in several, whole and not; sums of up to 17 products of numbers below 1.
+    #[test]
+    fn results_are_those_of_nalgebra() {
+        for size in [0, 1, 2, 7, 8, 9, 16, 17] {
+            let (left, right) = (random(size, 1), random(size, 2));
+            let small = SmallSquare::from_matrix(&right);
+            let found = congruence(&left, &small).to_matrix();
+            let expected = &left * &right * left.transpose();
+            assert!((&found - &expected).amax() < 1e-14, "{size}");
+            // Zeros that fill up stay zeros.
+            let norm = congruence(&left, &small).norm();
+            assert!((norm - expected.norm()).abs() < 1e-14, "{size}");
+
+            let mut symmetric = small.clone();
+            symmetric.symmetrise();
+            let expected = 0.5 * (&right + right.transpose());
+            assert!(symmetric.to_matrix() == expected, "{size}");
+            symmetric.subtract(&small);
+            symmetric.add_identity();
+            symmetric.add(&small);
+            let identity = DMatrix::identity(size, size);
+            assert!((symmetric.to_matrix() - (expected + identity)).amax() < 1e-15);
+
+            // With small diagonals, so that rows change places.
+            let mut matrix = random(size, 3);
+            matrix.fill_diagonal(1e-3);
+            let mut solution = small.clone();
+            let done =
+                Wide::new().run(Solve(&mut SmallSquare::from_matrix(&matrix), &mut solution));
+            assert!(done || size == 0, "{size}");
+            let left = &matrix * solution.to_matrix() - &right;
+            assert!(left.amax() < 1e-10, "{size}: {:e}", left.amax());
+        }
+        let mut singular = SmallSquare::zeros(3);
+        let mut right = SmallSquare::from_matrix(&random(3, 1));
+        assert!(!Wide::new().run(Solve(&mut singular, &mut right)));
+    }
 }

@@ -44,7 +44,8 @@ struct Source {
 ///   residual is NaN, the run above the limit ends and what reads the generator settles again,
 ///   while sums and windows keep what they have seen. A residual is coloured, so even one
 ///   correction left out leaves an error in the state that the limit was not set for, often many
-///   times the limit.
+///   times the limit. Where the model grows too fast to be predicted (`MAX_PREDICTED_RADIUS`), it is
+///   as an input that is not finite.
 /// - **Input not finite.** The generators that read it go back to their initial state, and all that
 ///   reads them starts afresh: a held or invented input would show as a fault of the output.
 /// - **A gap in time** (more than 1.5 sample times): everything starts afresh and settles.

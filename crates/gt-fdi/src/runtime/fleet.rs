@@ -13,6 +13,20 @@ use super::lanes::{LANES, Lanes};
 use super::wide::{Simd, Wide, Work, lanes_of, registers, registers_mut};
 use super::{Generator, Matrices};
 
+/// The call with the number of states as a constant where there are up to [`MOST_STATES`], or what
+/// `else` says. Each is a function by itself, as of one stream.
+macro_rules! of_states {
+    ($nx:expr, $samples:ident.$call:ident $arguments:tt, else $otherwise:expr) => {
+        of_states!(@ $nx, $samples $call $arguments $otherwise, 1 2 3 4 5 6 7 8 9 10 11 12)
+    };
+    (@ $nx:expr, $samples:ident $call:ident $arguments:tt $otherwise:expr, $($count:literal)*) => {
+        match $nx {
+            $($count => $samples.$call::<$count> $arguments,)*
+            _ => $otherwise,
+        }
+    };
+}
+
 /// Streams whose states lie together.
 const TILE: usize = LANES;
 /// Samples that the streams of a register take before those of the next: few enough that the caches
@@ -132,13 +146,19 @@ impl Fleet {
         FleetError::check("outputs", samples * width, y.len())?;
         FleetError::check("inputs", samples * self.u0.len() * self.streams, u.len())?;
         FleetError::check("residuals", y.len(), residuals.len())?;
-        self.wide.run(Samples {
+        let (wide, nx) = (self.wide, self.nx);
+        let mut samples = Samples {
             fleet: self,
             count: samples,
             u,
             y,
             residuals,
-        });
+        };
+        if samples.fleet.horizon == 0 {
+            samples.take_one_by_one();
+            return Ok(());
+        }
+        of_states!(nx, samples.take_in(wide), else samples.take_one_by_one());
         Ok(())
     }
 }
@@ -152,30 +172,48 @@ struct Samples<'a> {
     residuals: &'a mut [f64],
 }
 
-impl Work for Samples<'_> {
+impl Samples<'_> {
+    /// Takes all samples of a generator with so many states in the widest registers.
+    fn take_in<const NX: usize>(self, wide: Wide) {
+        match (self.fleet.columns.canonical(), self.fleet.u0.len()) {
+            (true, 1) => wide.run(Canonical::<NX, 1>(self)),
+            (true, 2) => wide.run(Canonical::<NX, 2>(self)),
+            (true, 3) => wide.run(Canonical::<NX, 3>(self)),
+            _ => wide.run(General::<NX>(self)),
+        }
+    }
+}
+
+/// Samples of a generator in canonical form with so many states and inputs.
+struct Canonical<'a, const NX: usize, const NU: usize>(Samples<'a>);
+
+impl<const NX: usize, const NU: usize> Work for Canonical<'_, NX, NU> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(mut self, simd: S) {
-        macro_rules! of_sizes {
-            ($inputs:tt; $($nx:literal)*) => {
-                match self.fleet.nx {
-                    // Without wide registers there is nothing to win.
-                    _ if self.fleet.horizon == 0 || S::F64_LANES == 1 => self.take_one_by_one(),
-                    $($nx => of_sizes!(@ $nx $inputs),)*
-                    _ => self.take_one_by_one(),
-                }
-            };
-            (@ $nx:literal ($($nu:literal)*)) => {
-                match self.fleet.u0.len() {
-                    $($nu if self.fleet.columns.canonical() => {
-                        self.take_canonical::<S, $nx, $nu>(simd);
-                    })*
-                    _ => self.take(simd, Self::block::<S, $nx>),
-                }
-            };
+        if const { S::F64_LANES == 1 } {
+            // Without wide registers there is nothing to win.
+            self.0.take_one_by_one();
+        } else {
+            self.0.take_canonical::<S, NX, NU>(simd);
         }
-        of_sizes!((1 2 3); 1 2 3 4 5 6 7 8 9 10 11 12);
+    }
+}
+
+/// Samples of any generator with so many states.
+struct General<'a, const NX: usize>(Samples<'a>);
+
+impl<const NX: usize> Work for General<'_, NX> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        if const { S::F64_LANES == 1 } {
+            self.0.take_one_by_one();
+        } else {
+            self.0.take(simd, Samples::block::<S, NX>);
+        }
     }
 }
 

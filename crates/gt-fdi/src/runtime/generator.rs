@@ -53,6 +53,8 @@ pub(crate) struct Matrices {
     pub(crate) u0: Vec<f64>,
     /// Operating point of the outputs (ny).
     pub(crate) y0: Vec<f64>,
+    /// Whether `A` is fit for predicting over outputs that are missing.
+    pub(crate) predicts: bool,
 }
 
 /// What a generator made of a sample, from the best to the worst.
@@ -63,8 +65,8 @@ pub(crate) enum Update {
     /// An output was missing: the state was predicted, the residuals of the other outputs are there
     /// and that of the missing one is NaN.
     NoOutput,
-    /// An input was missing or the arithmetic overflowed: the state is the initial one again, and
-    /// all residuals are NaN.
+    /// An input was missing, or an output of a model that grows too fast to be predicted, or the
+    /// arithmetic overflowed: the state is the initial one again, and all residuals are NaN.
     Restarted,
 }
 
@@ -92,6 +94,8 @@ pub(crate) struct Generator {
     next: Vec<[f64; LANES]>,
     /// The deviations of the inputs and of the outputs (nu + ny).
     deviations: Vec<f64>,
+    /// Whether the state is predicted where an output is missing.
+    predicts: bool,
     wide: Wide,
 }
 
@@ -109,6 +113,7 @@ impl Generator {
             d,
             u0,
             y0,
+            predicts,
         } = matrices;
         let (nu, ny) = (u0.len(), y0.len());
         let nx = closed_a.len().isqrt();
@@ -135,6 +140,7 @@ impl Generator {
             x: vec![[0.0; LANES]; blocks],
             next: vec![[0.0; LANES]; blocks],
             deviations: vec![0.0; nu + ny],
+            predicts,
             wide: if blocks == 1 {
                 Wide::for_one_register()
             } else {
@@ -204,8 +210,8 @@ impl Generator {
         residuals: &mut [f64],
     ) -> Update {
         let sizes = (self.u0.len(), self.y0.len());
-        let done = of_sizes!(sizes, self.step_small((u, y), first, residuals), else false);
-        if done {
+        let small = self.x.len() == 1;
+        if small && of_sizes!(sizes, self.step_small((u, y), first, residuals), else false) {
             return Update::Residual;
         }
         self.wide.run(General {
@@ -238,7 +244,8 @@ impl Generator {
         let (nu, ny) = (self.u0.len(), self.y0.len());
         for (index, residuals) in residuals.chunks_mut(BLOCK * ny.max(1)).enumerate() {
             let (u, y) = (u.from(index * BLOCK), y.from(index * BLOCK));
-            let done = of_sizes!((nu, ny), self.run_small((u, y), residuals), else false);
+            let small = self.x.len() == 1;
+            let done = small && of_sizes!((nu, ny), self.run_small((u, y), residuals), else false);
             if !done {
                 let own = residuals.chunks_exact_mut(ny.max(1)).enumerate();
                 for (sample, residuals) in own {
@@ -332,7 +339,7 @@ impl Generator {
             overflow |= there & !value.is_finite();
             small &= dy.abs() <= LARGEST_CORRECTION;
         }
-        if overflow {
+        if overflow || (missing && !self.predicts) {
             return self.restarted(residuals);
         }
         if small && !missing {
@@ -418,7 +425,7 @@ impl<const NU: usize, const NY: usize> Work for One<'_, NU, NY> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        if !suits_small::<S>() {
+        if const { !suits_small::<S>() } {
             return false;
         }
         let generator = self.generator;
@@ -470,7 +477,7 @@ impl<const NU: usize, const NY: usize> Work for Many<'_, NU, NY> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        if !suits_small::<S>() {
+        if const { !suits_small::<S>() } {
             return false;
         }
         let generator = self.generator;

@@ -27,6 +27,16 @@ fn matrix(value: &Value) -> DMatrix<f64> {
     DMatrix::from_fn(values.len(), values[0].len(), |i, j| values[i][j])
 }
 
+/// By hand: `P = 4 P - 4 P^2 / (P + 1)` has the solutions 0, with the growing mode as it is, and 3,
+/// with `K = 3/2`.
+#[test]
+fn a_growing_mode_without_noise_is_stabilised() {
+    let [a, c, q, r, s] = [2.0, 1.0, 0.0, 1.0, 0.0].map(|value| DMatrix::from_element(1, 1, value));
+    let found = solve([&a, &c, &q, &r, &s]).unwrap();
+    assert!((found.p[0] - 3.0).abs() < 1e-14, "{}", found.p);
+    assert!((found.spectral_radius - 0.5).abs() < 1e-14);
+}
+
 /// The regulator's equations of the DAREX collection, by duality. Among them are singular `A`,
 /// `R = 0` (06), a singular `R` with an indefinite `Q` (07) and modes that cannot be controlled.
 #[test]

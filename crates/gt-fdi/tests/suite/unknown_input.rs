@@ -3,8 +3,8 @@
 use gt_core::{Dataset, OperatingPoint, Signal, StateSpace};
 use gt_fdi::FdiError;
 use gt_fdi::design::{
-    FaultModel, FilterError, KalmanFilter, LinearResidual, NoiseCovariance, ResidualGenerator,
-    UnknownInput, UnknownInputError, UnknownInputObserver,
+    FaultModel, FilterError, KalmanFilter, LinearResidual, MAX_PREDICTED_RADIUS, NoiseCovariance,
+    ResidualGenerator, UnknownInput, UnknownInputError, UnknownInputObserver,
 };
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -156,7 +156,15 @@ proptest! {
         let of_state = of_state.min(nx - 1);
         let ny = of_state + at_once + left;
         let model = random_model(nx, ny, of_state, at_once, seed);
-        let (point, noise) = (point(ny), unit_noise(nx, ny));
+        let point = point(ny);
+        // With a cross term.
+        let mixing = draws(seed, 7, nx + ny, nx + ny);
+        let joint = &mixing * mixing.transpose() + DMatrix::identity(nx + ny, nx + ny);
+        let noise = NoiseCovariance::new(
+            &joint.view((0, 0), (nx, nx)).into_owned(),
+            &joint.view((nx, nx), (ny, ny)).into_owned(),
+            &joint.view((0, nx), (nx, ny)).into_owned(),
+        ).unwrap();
         let built = UnknownInputObserver::kalman(&model, point.clone(), &noise);
         prop_assume!(!matches!(built, Err(FdiError::Filter(FilterError::NoSteadySolution { .. }))));
         let observer = built.unwrap();
@@ -201,6 +209,74 @@ proptest! {
         let read: ResidualGenerator = serde_json::from_str(&text).unwrap();
         prop_assert_eq!(read, generator);
     }
+}
+
+/// Two outputs without any noise and one input that is not known: what is left may have no noise of
+/// the state at all, and has a filter all the same.
+#[test]
+fn outputs_without_noise_are_no_reason_to_refuse() {
+    for seed in 0..40 {
+        let model = random_model(4, 3, 1, 0, seed);
+        let r = DMatrix::from_diagonal(&DVector::from_vec(vec![0.0, 1.0, 0.0]));
+        let noise = NoiseCovariance::new(&DMatrix::zeros(4, 4), &r, &DMatrix::zeros(4, 3)).unwrap();
+        let observer = UnknownInputObserver::kalman(&model, point(3), &noise);
+        let generator = ResidualGenerator::unknown_input(&model, &point(3), &noise);
+        // Both, or neither: two residuals of one noise have a singular covariance.
+        assert_eq!(
+            observer.is_ok(),
+            generator.is_ok(),
+            "{seed}: {:?}, {:?}",
+            observer.err(),
+            generator.err()
+        );
+    }
+}
+
+/// What is left of a stable plant is `x2 - x1/2`, which with `x1` measured grows as
+/// `0.3 + 2/2 = 1.3`. Without a sample of its own output such a filter does not predict: it begins
+/// anew, and after it has settled the residuals of an exact model are zero again.
+#[test]
+fn a_filter_that_grows_begins_anew_after_a_gap() {
+    const LEN: usize = 200;
+    let plant = plant(rows([[0.5, -2.0], [0.4, 0.3]]), DMatrix::identity(2, 2));
+    let disturbance = UnknownInput::of_state(rows([[1.0], [0.5]]), 2);
+    let none = UnknownInput::of_state(DMatrix::zeros(2, 0), 2);
+    let model = FaultModel::new(plant, disturbance, none).unwrap();
+    let noise = unit_noise(2, 2);
+    let generator = ResidualGenerator::unknown_input(&model, &point(2), &noise).unwrap();
+    assert!((generator.model().a()[0] - 1.3).abs() < 1e-14);
+    assert!(generator.model().a()[0] > MAX_PREDICTED_RADIUS);
+    let own = model
+        .model()
+        .outputs()
+        .iter()
+        .position(|output| *output == generator.outputs()[0]);
+    let own = own.unwrap();
+
+    let (u, d) = (draws(3, 0, 2, LEN), draws(3, 1, 1, LEN));
+    let data = record(
+        &model,
+        &DVector::zeros(2),
+        [&u, &d, &DMatrix::zeros(0, LEN)],
+        &point(2),
+    );
+    let mut y = data.y().clone();
+    y[(own, 100)] = f64::NAN;
+    let gap = Dataset::new(
+        data.inputs().to_vec(),
+        data.outputs().to_vec(),
+        data.u().clone(),
+        y,
+        TS,
+    )
+    .unwrap();
+    let residuals = generator.residuals(&gap).unwrap();
+    let settled = 101 + generator.settle_samples();
+    assert!(residuals[100].is_nan());
+    let after = residuals.columns(settled, LEN - settled).amax();
+    // The settling leaves 1e-4 of a state of some units.
+    assert!(after < 1e-2, "{after:e}");
+    assert!(residuals[101].abs() > 1e-3);
 }
 
 /// `x1+ = 0.9 x1 + 0.2 x2 + d`, `x2+ = 0.5 x2`, both measured: what is left is `x2` and its output.

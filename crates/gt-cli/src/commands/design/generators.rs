@@ -1,4 +1,4 @@
-//! The residual generators of a bank, one an output.
+//! The residual generators of a bank.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::cli::GeneratorKind;
 use crate::failure::Failure;
 use crate::output::number;
 
-/// Generators, one an output.
+/// Generators, one an output or one of all.
 pub struct Found {
     pub generators: Vec<ResidualGenerator>,
     /// What a search for the poles of each found; none where there was no search.

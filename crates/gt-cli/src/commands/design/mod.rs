@@ -190,9 +190,10 @@ fn asked(args: &DesignArgs) -> Result<Asked<'_>, Failure> {
 
 /// Runs the verb.
 pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
-    let Some(args) = layered("design", args, global)? else {
+    let Some(mut args) = layered("design", args, global)? else {
         return Ok(Outcome::Done);
     };
+    args.unknown = args.unknown.filter(|unknown| !unknown.is_empty());
     let Asked {
         model_path,
         out,

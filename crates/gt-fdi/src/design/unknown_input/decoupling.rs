@@ -124,10 +124,21 @@ impl Decoupling {
 
     /// The noise of the plant as that of the reduced model.
     pub(super) fn noise(&self, noise: &NoiseCovariance) -> Result<NoiseCovariance, FdiError> {
+        self.noise_through(noise, &self.errors, &self.outputs)
+    }
+
+    /// As [`Decoupling::noise`], where errors of the outputs enter the state by `-G ((nx - re) x ny)`
+    /// and the left side by `M (nr x ny)`.
+    pub(super) fn noise_through(
+        &self,
+        noise: &NoiseCovariance,
+        g: &DMatrix<f64>,
+        m: &DMatrix<f64>,
+    ) -> Result<NoiseCovariance, FdiError> {
         let (nx, ny) = (self.states.ncols(), self.outputs.ncols());
         DimensionError::check("rows of Q (states)", nx, noise.q().nrows())?;
         DimensionError::check("rows of R (outputs)", ny, noise.r().nrows())?;
-        let (t, g, m) = (&self.states, &self.errors, &self.outputs);
+        let t = &self.states;
         let (q, r, s) = (noise.q(), noise.r(), noise.s());
         let cross = t * s * g.transpose();
         let state = t * q * t.transpose() + g * r * g.transpose() - &cross - cross.transpose();

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::filter_error::FilterError;
 use super::super::generator::ResidualGenerator;
-use super::super::noise::{NoiseCovariance, symmetrised};
+use super::super::noise::NoiseCovariance;
 use super::decoupling::{Decoupling, output_scales};
 use super::fault_model::FaultModel;
 use crate::FdiError;
@@ -18,10 +18,14 @@ impl ResidualGenerator {
     /// distinct directions make a square part, whose inverse gives each of as many outputs a residual
     /// of its own, in its unit: those are the outputs of the generator. The other outputs are inputs
     /// of it, after those of the model. The filter is the same: what it reads of its own outputs
-    /// besides goes into A, Q and S, and the gain with it.
+    /// besides goes into A and the gain, and their errors out of Q. Such an A often grows, and then
+    /// the generator begins anew after an output that is missing
+    /// ([`MAX_PREDICTED_RADIUS`](super::super::MAX_PREDICTED_RADIUS)).
+    ///
+    /// `point` has the inputs (nu) and outputs (ny) of the model, `noise` its states and outputs.
     ///
     /// # Errors
-    /// As [`UnknownInputObserver::kalman`](super::UnknownInputObserver::kalman) and
+    /// [`FdiError::Dimension`] for sizes that disagree; else as [`UnknownInputObserver::kalman`](super::UnknownInputObserver::kalman) and
     /// [`ResidualGenerator::kalman`].
     pub fn unknown_input(
         model: &FaultModel,
@@ -29,7 +33,6 @@ impl ResidualGenerator {
         noise: &NoiseCovariance,
     ) -> Result<Self, FdiError> {
         let decoupling = Decoupling::of(model)?;
-        let noise = decoupling.noise(noise)?;
         let (plant, reduced) = (model.model(), &decoupling.reduced);
         let (nu, ny) = (plant.nu(), plant.ny());
         let point_sizes = [
@@ -66,11 +69,13 @@ impl ResidualGenerator {
         let a = reduced.a() + &fed_back * &c;
         let b = known(reduced.b().columns(0, nu).into_owned(), &of_outputs) + &fed_back * &d;
 
-        let r = &inverse * noise.r() * inverse.transpose();
-        let s = noise.s() * inverse.transpose();
-        let cross = &s * fed_back.transpose();
-        let q = noise.q() + &cross + cross.transpose() + &fed_back * &r * fed_back.transpose();
-        let s = s + &fed_back * &r;
+        // What the filter reads of its own outputs takes their errors out of the state again.
+        let m = &inverse * m;
+        let mut errors = &of_outputs - &fed_back * &m;
+        for &output in &own {
+            errors.column_mut(output).fill(0.0);
+        }
+        let noise = decoupling.noise_through(noise, &errors, &m)?;
 
         let pick = |wanted: &[usize]| {
             let signals = wanted.iter().map(|&output| plant.outputs()[output].clone());
@@ -85,7 +90,6 @@ impl ResidualGenerator {
             y: DVector::from_iterator(own.len(), own.iter().map(|&output| point.y[output])),
         };
         let form = StateSpace::new([a, b, c, d], plant.sample_time_s(), inputs, pick(&own))?;
-        let noise = NoiseCovariance::new(&symmetrised(&q), &symmetrised(&r), &s)?;
         Self::kalman(form, own_point, noise)
     }
 }
