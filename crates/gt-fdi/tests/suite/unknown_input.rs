@@ -211,17 +211,17 @@ proptest! {
     }
 }
 
-/// Two outputs without any noise and one input that is not known: what is left may have no noise of
-/// the state at all, and has a filter all the same.
+/// Noise on two of three outputs only and an input that is not known: in exact arithmetic the state of
+/// what is left has as much noise as its outputs or none, and rounding must not make it less than none.
 #[test]
-fn outputs_without_noise_are_no_reason_to_refuse() {
+fn an_output_without_noise_is_no_reason_to_refuse() {
+    let r = DMatrix::from_diagonal(&DVector::from_vec(vec![0.0, 1.0, 2.0]));
+    let noise = NoiseCovariance::new(&DMatrix::zeros(4, 4), &r, &DMatrix::zeros(4, 3)).unwrap();
+    let mut made = 0;
     for seed in 0..40 {
         let model = random_model(4, 3, 1, 0, seed);
-        let r = DMatrix::from_diagonal(&DVector::from_vec(vec![0.0, 1.0, 0.0]));
-        let noise = NoiseCovariance::new(&DMatrix::zeros(4, 4), &r, &DMatrix::zeros(4, 3)).unwrap();
         let observer = UnknownInputObserver::kalman(&model, point(3), &noise);
         let generator = ResidualGenerator::unknown_input(&model, &point(3), &noise);
-        // Both, or neither: two residuals of one noise have a singular covariance.
         assert_eq!(
             observer.is_ok(),
             generator.is_ok(),
@@ -229,7 +229,9 @@ fn outputs_without_noise_are_no_reason_to_refuse() {
             observer.err(),
             generator.err()
         );
+        made += usize::from(generator.is_ok());
     }
+    assert!(made > 30, "{made}");
 }
 
 /// What is left of a stable plant is `x2 - x1/2`, which with `x1` measured grows as
