@@ -256,7 +256,7 @@ def test_a_bank_does_without_an_unknown_input():
     healthy = [tank_record(2, 20_000)]
     everything = gtfdi.design(model, healthy, watch="joint", **options)
     without = gtfdi.design(model, healthy, unknown=["u"], **options)
-    assert [test["name"] for test in without.detectors] == ["joint"]
+    assert [test["output"] for test in without.detectors] == ["joint"]
     inflow, level = tank_record(3, 3000, inflow=8.0), tank_record(3, 3000, level=0.5)
     assert everything.detect(inflow).alarms and not without.detect(inflow).alarms
     alarms = without.detect(level).alarms
