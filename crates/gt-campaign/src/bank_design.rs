@@ -148,7 +148,8 @@ pub fn in_sample_optimism(model: &ArxModel) -> Vec<f64> {
 
 impl TestPlan {
     /// Tests on the residuals of a model's generators, those of a generator with several outputs
-    /// together, calibrated on healthy records; of the records `in_sample` says which of them the model was identified from ([`in_sample_optimism`]).
+    /// together, calibrated on healthy records; `in_sample` says from which records the model was
+    /// identified ([`in_sample_optimism`]).
     ///
     /// # Errors
     /// As [`ResidualTest::calibrate_in_sample`], with the name of the test.

@@ -11,9 +11,9 @@ use crate::CampaignError;
 use crate::error::During;
 
 /// One Kalman filter of an errors-in-variables model whose residuals do not feel what the channels
-/// `unknown` do, whatever it is: unknown outputs are left out with the states that only they show, and what an unknown input does to the
-/// others is a disturbance that is decoupled ([`ResidualGenerator::unknown_input`]). Names that are no
-/// channel of the model have no effect.
+/// `unknown` do, whatever it is: unknown outputs are left out with the states that only they show,
+/// and what an unknown input does to the others is a disturbance that is decoupled
+/// ([`ResidualGenerator::unknown_input`]). Names that are no channel of the model have no effect.
 ///
 /// # Errors
 /// [`CampaignError`] when the model has no state space, no output is left, or there is no such

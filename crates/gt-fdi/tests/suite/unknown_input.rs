@@ -211,8 +211,8 @@ proptest! {
     }
 }
 
-/// Noise on two of three outputs only and an input that is not known: in exact arithmetic the state of
-/// what is left has as much noise as its outputs or none, and rounding must not make it less than none.
+/// Noise on two of three outputs only and an input that is not known: rounding leaves no variance of
+/// the form for detectors below zero, so that it exists where the observer does.
 #[test]
 fn an_output_without_noise_is_no_reason_to_refuse() {
     let r = DMatrix::from_diagonal(&DVector::from_vec(vec![0.0, 1.0, 2.0]));
