@@ -30,7 +30,7 @@ pub(super) struct Columns {
 impl Columns {
     pub(super) fn new(matrices: &Matrices) -> Self {
         let (nu, ny) = (matrices.u0.len(), matrices.y0.len());
-        let nx = matrices.closed_a.len().isqrt();
+        let nx = matrices.nx();
         let by_columns = |matrix: &[f64], width: usize| -> Vec<f64> {
             let column = |column| (0..nx).map(move |row| matrix[row * width + column]);
             (0..width).flat_map(column).collect()
@@ -43,12 +43,11 @@ impl Columns {
             c: matrices.c.clone(),
             d: matrices.d.clone(),
             inputs: nu,
-            canonical: is_canonical(matrices, nx),
+            canonical: matrices.are_canonical(),
         }
     }
 
-    /// Whether all rows of `A - K C` but the last are the first state's column and the next state,
-    /// and the output is the first state.
+    /// As [`Matrices::are_canonical`].
     pub(super) fn canonical(&self) -> bool {
         self.canonical
     }
@@ -194,17 +193,6 @@ fn state_terms<S: Simd, const NX: usize>(
         3 => simd.add_f64s(simd.add_f64s(sums[0], sums[1]), sums[2]),
         _ => in_pairs(simd, sums),
     }
-}
-
-fn is_canonical(matrices: &Matrices, nx: usize) -> bool {
-    let rows = matrices.closed_a.chunks_exact(nx.max(1)).enumerate();
-    let shifts = rows.take(nx.saturating_sub(1)).all(|(row, values)| {
-        let mut others = values.iter().enumerate().skip(1);
-        others.all(|(column, &value)| value - f64::from(column == row + 1) == 0.0)
-    });
-    let mut c = matrices.c.iter().enumerate();
-    let first = c.all(|(column, &value)| value - f64::from(column == 0) == 0.0);
-    shifts && first && matrices.y0.len() == 1
 }
 
 /// `factor x value + sum`, rounded once.

@@ -96,7 +96,7 @@ impl Fleet {
     /// All streams at rest at the operating point.
     pub(crate) fn from_matrices(matrices: Matrices, streams: usize) -> Self {
         let (nu, ny) = (matrices.u0.len(), matrices.y0.len());
-        let nx = matrices.closed_a.len().isqrt();
+        let nx = matrices.nx();
         let columns = Columns::new(&matrices);
         let (growth, of_residual) = columns.growth(nx);
         let mut horizon = 0;

@@ -4,32 +4,38 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
-use super::blocks::Blocks;
+use super::blocks::{Blocks, SUMS};
 use super::fingerprint::Fingerprint;
 use super::kernel::{Kernel, LARGEST_CORRECTION, all_finite, dot, dot_in_order};
 use super::lanes::LANES;
+use super::last_row::LastRow;
 use super::rows::Rows;
 use super::wide::{FEW_LANES, Simd, Wide, Work};
 
 /// Samples of one generator that are looked at together: a closer look at one is one at all of them.
 const BLOCK: usize = 32;
 
-/// The call with the numbers of inputs and outputs as constants where there are up to four of each,
-/// or what `else` says. Each is a function by itself: the loops of all sizes in one leave the compiler
-/// too few registers for any.
+/// The call with the numbers of inputs and outputs, and whether the form is canonical, as constants
+/// where there are up to four of each, or what `else` says. Each is a function by itself: the loops of
+/// all sizes in one leave the compiler too few registers for any.
 macro_rules! of_sizes {
     ($sizes:expr, $generator:ident.$call:ident $arguments:tt, else $otherwise:expr) => {
-        of_sizes!(@ $sizes, $generator $call $arguments $otherwise, (1 1)(1 2)(1 3)(1 4)(2 1)(2 2)(2 3)
-            (2 4)(3 1)(3 2)(3 3)(3 4)(4 1)(4 2)(4 3)(4 4))
+        of_sizes!(@ $sizes, $generator $call $arguments $otherwise,
+            (1 1 true)(2 1 true)(3 1 true)(4 1 true)
+            (1 1 false)(1 2 false)(1 3 false)(1 4 false)(2 1 false)(2 2 false)(2 3 false)(2 4 false)
+            (3 1 false)(3 2 false)(3 3 false)(3 4 false)(4 1 false)(4 2 false)(4 3 false)(4 4 false))
     };
-    (@ $sizes:expr, $generator:ident $call:ident $arguments:tt $otherwise:expr, $(($nu:literal $ny:literal))*) => {
+    (@ $sizes:expr, $generator:ident $call:ident $arguments:tt $otherwise:expr,
+        $(($nu:literal $ny:literal $canonical:literal))*) => {
         match $sizes {
-            $(($nu, $ny) => of_sizes!(@call $generator $call $nu $ny $arguments),)*
+            $(($nu, $ny, $canonical) =>
+                of_sizes!(@call $generator $call $nu $ny $canonical $arguments),)*
             _ => $otherwise,
         }
     };
-    (@call $generator:ident $call:ident $nu:literal $ny:literal ($($argument:expr),*)) => {
-        $generator.$call::<$nu, $ny>($($argument),*)
+    (@call $generator:ident $call:ident $nu:literal $ny:literal $canonical:literal
+        ($($argument:expr),*)) => {
+        $generator.$call::<$nu, $ny, $canonical>($($argument),*)
     };
 }
 
@@ -55,6 +61,27 @@ pub(crate) struct Matrices {
     pub(crate) y0: Vec<f64>,
     /// Whether `A` is fit for predicting over outputs that are missing.
     pub(crate) predicts: bool,
+}
+
+impl Matrices {
+    /// The number of states.
+    pub(super) fn nx(&self) -> usize {
+        self.closed_a.len().isqrt()
+    }
+
+    /// Whether there is one output, which is the first state, and all rows of `A - K C` but the last
+    /// are the first state's column and the next state.
+    pub(super) fn are_canonical(&self) -> bool {
+        let nx = self.nx();
+        let rows = self.closed_a.chunks_exact(nx.max(1)).enumerate();
+        let shifts = rows.take(nx.saturating_sub(1)).all(|(row, values)| {
+            let mut others = values.iter().enumerate().skip(1);
+            others.all(|(column, &value)| value - f64::from(column == row + 1) == 0.0)
+        });
+        let mut c = self.c.iter().enumerate();
+        let first = c.all(|(column, &value)| value - f64::from(column == 0) == 0.0);
+        shifts && first && self.y0.len() == 1
+    }
 }
 
 /// What a generator made of a sample, from the best to the worst.
@@ -89,6 +116,8 @@ pub(crate) struct Generator {
     /// Where each input stands among the inputs given to `step` and, after them, the outputs: what
     /// one generator explains, another may use.
     places: Vec<usize>,
+    /// Of a canonical form with up to [`LANES`] states.
+    last: Option<Box<LastRow>>,
     /// The state in blocks of [`LANES`], the last one filled up with zeros.
     x: Vec<[f64; LANES]>,
     next: Vec<[f64; LANES]>,
@@ -103,6 +132,7 @@ impl Generator {
     /// A generator at rest at its operating point; `places` says where each of its inputs stands
     /// among the inputs and, after them, the outputs that [`Generator::step`] gets.
     pub(crate) fn new(matrices: Matrices, places: Vec<usize>) -> Self {
+        let (nx, last) = (matrices.nx(), LastRow::of(&matrices));
         let Matrices {
             a,
             b,
@@ -116,7 +146,6 @@ impl Generator {
             predicts,
         } = matrices;
         let (nu, ny) = (u0.len(), y0.len());
-        let nx = closed_a.len().isqrt();
         let none = vec![0.0; nx * ny];
         let open = Blocks::new(&[(&b, nu), (&none, ny)], (&a, nx), nx);
         let closed = Blocks::new(&[(&closed_b, nu), (&gain, ny)], (&closed_a, nx), nx);
@@ -137,6 +166,7 @@ impl Generator {
             u0: origins(u0),
             y0: origins(y0),
             places,
+            last: last.map(Box::new),
             x: vec![[0.0; LANES]; blocks],
             next: vec![[0.0; LANES]; blocks],
             deviations: vec![0.0; nu + ny],
@@ -152,6 +182,11 @@ impl Generator {
     /// Number of outputs.
     pub(crate) fn ny(&self) -> usize {
         self.y0.len()
+    }
+
+    /// Numbers of inputs and outputs, and whether the form is canonical.
+    fn sizes(&self) -> (usize, usize, bool) {
+        (self.u0.len(), self.y0.len(), self.last.is_some())
     }
 
     /// Adds its numbers to a fingerprint.
@@ -209,9 +244,8 @@ impl Generator {
         first: usize,
         residuals: &mut [f64],
     ) -> Update {
-        let sizes = (self.u0.len(), self.y0.len());
         let small = self.x.len() == 1;
-        if small && of_sizes!(sizes, self.step_small((u, y), first, residuals), else false) {
+        if small && of_sizes!(self.sizes(), self.step_small((u, y), first, residuals), else false) {
             return Update::Residual;
         }
         self.wide.run(General {
@@ -224,13 +258,13 @@ impl Generator {
 
     /// As [`Generator::step`] of so few inputs and outputs; `false`, and nothing taken, for a sample
     /// that needs a closer look.
-    fn step_small<const NU: usize, const NY: usize>(
+    fn step_small<const NU: usize, const NY: usize, const CANONICAL: bool>(
         &mut self,
         sample: (&[f64], &[f64]),
         first: usize,
         residuals: &mut [f64],
     ) -> bool {
-        self.wide.run(One::<NU, NY> {
+        self.wide.run(One::<NU, NY, CANONICAL> {
             generator: self,
             sample,
             first,
@@ -245,7 +279,8 @@ impl Generator {
         for (index, residuals) in residuals.chunks_mut(BLOCK * ny.max(1)).enumerate() {
             let (u, y) = (u.from(index * BLOCK), y.from(index * BLOCK));
             let small = self.x.len() == 1;
-            let done = small && of_sizes!((nu, ny), self.run_small((u, y), residuals), else false);
+            let done =
+                small && of_sizes!(self.sizes(), self.run_small((u, y), residuals), else false);
             if !done {
                 let own = residuals.chunks_exact_mut(ny.max(1)).enumerate();
                 for (sample, residuals) in own {
@@ -257,12 +292,12 @@ impl Generator {
 
     /// As [`Generator::run`] of so few inputs and outputs; `false`, and nothing taken, when a sample
     /// needs a closer look.
-    fn run_small<const NU: usize, const NY: usize>(
+    fn run_small<const NU: usize, const NY: usize, const CANONICAL: bool>(
         &mut self,
         samples: (Rows<'_>, Rows<'_>),
         residuals: &mut [f64],
     ) -> bool {
-        self.wide.run(Many::<NU, NY> {
+        self.wide.run(Many::<NU, NY, CANONICAL> {
             generator: self,
             samples,
             residuals,
@@ -271,10 +306,17 @@ impl Generator {
 
     /// The equations of a generator with up to [`LANES`] states and so many inputs and outputs.
     #[inline(always)]
-    fn kernel<const NU: usize, const NY: usize>(&self) -> Option<Kernel<'_, NU, NY>> {
+    fn kernel<const NU: usize, const NY: usize, const CANONICAL: bool>(
+        &self,
+    ) -> Option<Kernel<'_, NU, NY, CANONICAL>> {
         if self.x.len() != 1 {
             return None;
         }
+        let last = match &self.last {
+            Some(last) if CANONICAL => last,
+            None if CANONICAL => return None,
+            _ => &LastRow::NONE,
+        };
         let (b, gain, a) = self.closed.parts::<NU, NY>()?;
         let (d, _, c) = self.outputs.parts::<NU, 0>()?;
         let c_rows = self.c.first_chunk()?;
@@ -287,6 +329,7 @@ impl Generator {
             d,
             u0: self.u0.first_chunk()?,
             y0: self.y0.first_chunk()?,
+            last,
         })
     }
 
@@ -413,19 +456,19 @@ impl Work for General<'_> {
 }
 
 /// One sample of a small generator.
-struct One<'a, const NU: usize, const NY: usize> {
+struct One<'a, const NU: usize, const NY: usize, const CANONICAL: bool> {
     generator: &'a mut Generator,
     sample: (&'a [f64], &'a [f64]),
     first: usize,
     residuals: &'a mut [f64],
 }
 
-impl<const NU: usize, const NY: usize> Work for One<'_, NU, NY> {
+impl<const NU: usize, const NY: usize, const CANONICAL: bool> Work for One<'_, NU, NY, CANONICAL> {
     type Output = bool;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        if const { !suits_small::<S>() } {
+        if const { !suits_small::<S>(CANONICAL) } {
             return false;
         }
         let generator = self.generator;
@@ -434,7 +477,7 @@ impl<const NU: usize, const NY: usize> Work for One<'_, NU, NY> {
             own,
             self.residuals.first_chunk_mut::<NY>(),
             generator.x.first(),
-            generator.kernel::<NU, NY>(),
+            generator.kernel::<NU, NY, CANONICAL>(),
         ) else {
             return false;
         };
@@ -466,22 +509,23 @@ fn own_signals<const NU: usize, const NY: usize>(
 }
 
 /// Samples of a small generator one after the other.
-struct Many<'a, const NU: usize, const NY: usize> {
+struct Many<'a, const NU: usize, const NY: usize, const CANONICAL: bool> {
     generator: &'a mut Generator,
     samples: (Rows<'a>, Rows<'a>),
     residuals: &'a mut [f64],
 }
 
-impl<const NU: usize, const NY: usize> Work for Many<'_, NU, NY> {
+impl<const NU: usize, const NY: usize, const CANONICAL: bool> Work for Many<'_, NU, NY, CANONICAL> {
     type Output = bool;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        if const { !suits_small::<S>() } {
+        if const { !suits_small::<S>(CANONICAL) } {
             return false;
         }
         let generator = self.generator;
-        let (Some(&(mut x)), Some(kernel)) = (generator.x.first(), generator.kernel::<NU, NY>())
+        let (Some(&(mut x)), Some(kernel)) =
+            (generator.x.first(), generator.kernel::<NU, NY, CANONICAL>())
         else {
             return false;
         };
@@ -494,7 +538,8 @@ impl<const NU: usize, const NY: usize> Work for Many<'_, NU, NY> {
     }
 }
 
-/// Without registers there is nothing to win, and [`Wide::for_one_register`] has none that are wider.
-const fn suits_small<S: Simd>() -> bool {
-    S::F64_LANES > 1 && S::F64_LANES <= FEW_LANES
+/// Without registers there is nothing to win, and [`Wide::for_one_register`] has none that are wider;
+/// those of a canonical form hold no more than the sums of its last row.
+const fn suits_small<S: Simd>(canonical: bool) -> bool {
+    S::F64_LANES > 1 && S::F64_LANES <= if canonical { SUMS } else { FEW_LANES }
 }

@@ -2,6 +2,7 @@
 
 use super::blocks::{SUMS, add_products, add_terms, in_pairs};
 use super::lanes::{LANES, Lanes};
+use super::last_row::LastRow;
 use super::rows::Rows;
 use super::wide::{Simd, registers, registers_mut};
 
@@ -9,12 +10,14 @@ use super::wide::{Simd, registers, registers_mut};
 /// the state: half of the range of doubles, so that no product with a sane gain overflows.
 pub(super) const LARGEST_CORRECTION: f64 = 1e150;
 
-/// A sum of squares up to this is of deviations, residuals and states that need no closer look.
+/// A sum of squares up to this is of deviations and residuals that need no closer look.
 const SAFE: f64 = 1e200;
 
 /// The equations of a generator with up to [`LANES`] states, rows or columns filled up with zeros.
+///
+/// Of a canonical form only `first` and last `row` are multiplied, and the output is the first state.
 #[derive(Clone, Copy)]
-pub(super) struct Kernel<'a, const NU: usize, const NY: usize> {
+pub(super) struct Kernel<'a, const NU: usize, const NY: usize, const CANONICAL: bool> {
     /// `B - K D` by columns.
     pub(super) b: &'a [Lanes; NU],
     /// `K` by columns.
@@ -28,9 +31,27 @@ pub(super) struct Kernel<'a, const NU: usize, const NY: usize> {
     pub(super) d: &'a [Lanes; NU],
     pub(super) u0: &'a [f64; NU],
     pub(super) y0: &'a [f64; NY],
+    /// Of a canonical form.
+    pub(super) last: &'a LastRow,
 }
 
-impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
+/// A state. The last element of a canonical form is kept in all lanes of registers of its own, because
+/// the next one waits for it and would wait longer for a number that has to be brought there; its place
+/// among the `elements` is taken by no number of any account.
+#[derive(Clone, Copy)]
+struct State {
+    elements: [f64; LANES],
+    last: [f64; SUMS],
+}
+
+/// What inputs and outputs add to the next state, and to the sums of its last row.
+#[derive(Clone, Copy)]
+struct Known {
+    rows: [f64; LANES],
+    last: [f64; SUMS],
+}
+
+impl<const NU: usize, const NY: usize, const CANONICAL: bool> Kernel<'_, NU, NY, CANONICAL> {
     /// Residuals and next state of one sample; `None` for a sample that needs a closer look.
     #[inline(always)]
     pub(super) fn step<S: Simd>(
@@ -41,7 +62,8 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
     ) -> Option<([f64; NY], [f64; LANES])> {
         let (du, dy) = self.deviations(sample);
         let known = self.known(simd, &(du, dy));
-        let (residuals, next) = self.equations(simd, (du, dy), &known, x);
+        let (residuals, next) = self.equations(simd, (du, dy), &known, &self.state(x));
+        let next = self.elements(&next);
         let corrects = |dy: &f64| dy.abs() <= LARGEST_CORRECTION;
         // An input that is not finite leaves no finite state.
         let fair = dy.iter().all(corrects) & all_finite(&residuals) & all_finite(&next);
@@ -58,25 +80,18 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
         x: &mut [f64; LANES],
         residuals: &mut [[f64; NY]],
     ) -> bool {
-        let mut sizes = Sizes::none(simd);
-        let mut samples = u.arrays::<NU>().zip(y.arrays::<NY>());
-        let Some(first) = samples.next() else {
-            return true;
-        };
-        // What does not wait for the state is computed a sample ahead.
-        let mut deviations = self.deviations(first);
-        let mut known = self.known(simd, &deviations);
-        for residuals in residuals {
-            let now = deviations;
-            let of_known = known;
-            if let Some(sample) = samples.next() {
-                deviations = self.deviations(sample);
-                known = self.known(simd, &deviations);
-            }
-            (*residuals, *x) = self.equations(simd, now, &of_known, x);
-            sizes.add(simd, &now.1, residuals, x);
+        let mut state = self.state(x);
+        let mut sizes = Sizes::default();
+        let samples = u.arrays::<NU>().zip(y.arrays::<NY>());
+        for (residuals, sample) in residuals.iter_mut().zip(samples) {
+            let now = self.deviations(sample);
+            let known = self.known(simd, &now);
+            (*residuals, state) = self.equations(simd, now, &known, &state);
+            sizes.add(&now.1, residuals);
         }
-        sizes.are_safe(simd)
+        *x = self.elements(&state);
+        // What is not finite in a state stays there, times 0 as well.
+        sizes.are_safe() & all_finite(x)
     }
 
     /// Inputs and outputs from the operating point.
@@ -92,30 +107,66 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
         (du, dy)
     }
 
-    /// What inputs and outputs add to the next state.
     #[inline(always)]
-    fn known<S: Simd>(&self, simd: S, (du, dy): &([f64; NU], [f64; NY])) -> [f64; LANES] {
-        let mut known = [0.0; LANES];
-        for (register, known) in registers_mut::<S>(&mut known).iter_mut().enumerate() {
+    fn known<S: Simd>(&self, simd: S, (du, dy): &([f64; NU], [f64; NY])) -> Known {
+        let mut known = Known {
+            rows: [0.0; LANES],
+            last: [0.0; SUMS],
+        };
+        for (register, known) in registers_mut::<S>(&mut known.rows).iter_mut().enumerate() {
             let mut sum = [simd.splat_f64s(0.0)];
             add_terms(simd, &mut sum, self.b, du, register);
             add_terms(simd, &mut sum, self.gain, dy, register);
             *known = sum[0];
         }
+        if CANONICAL {
+            let mut sum = [simd.splat_f64s(0.0)];
+            add_terms(simd, &mut sum, &self.last.of_inputs, du, 0);
+            add_terms(simd, &mut sum, &self.last.of_output, dy, 0);
+            registers_mut::<S>(&mut known.last)[0] = sum[0];
+        }
         known
     }
 
+    /// A state of these elements.
+    #[inline(always)]
+    fn state(&self, elements: &[f64; LANES]) -> State {
+        let elements = *elements;
+        let last = [self.last.last_of(&elements); SUMS];
+        State { elements, last }
+    }
+
+    /// The elements of a state.
+    #[inline(always)]
+    fn elements(&self, state: &State) -> [f64; LANES] {
+        let mut elements = state.elements;
+        if CANONICAL {
+            self.last.put(state.last[0], &mut elements);
+        }
+        elements
+    }
+
     /// Adds in the order of [`Blocks::times`](super::blocks::Blocks::times), [`dot`] and
-    /// [`dot_in_order`].
+    /// [`dot_in_order`]; left out are terms that are 0, which changes at most the sign of a zero, and
+    /// that no residual shows.
     #[inline(always)]
     fn equations<S: Simd>(
         &self,
         simd: S,
         (du, dy): ([f64; NU], [f64; NY]),
-        known: &[f64; LANES],
-        x: &[f64; LANES],
-    ) -> ([f64; NY], [f64; LANES]) {
-        let mut next = *known;
+        known: &Known,
+        state: &State,
+    ) -> ([f64; NY], State) {
+        let x = &state.elements;
+        if CANONICAL {
+            let residual = dy[0] - x[0] - self.of_inputs(&du);
+            let next = State {
+                elements: self.shifted(simd, &known.rows, state),
+                last: self.next_last(simd, &known.last, state),
+            };
+            return ([residual; NY], next);
+        }
+        let mut next = known.rows;
         for (register, next) in registers_mut::<S>(&mut next).iter_mut().enumerate() {
             let mut sums = [simd.splat_f64s(0.0); SUMS];
             sums[0] = *next;
@@ -126,7 +177,55 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
             [c] => [self.residual(simd, c, (&du, dy[0]), x); NY],
             _ => self.residuals(simd, (&du, &dy), x),
         };
+        let next = State {
+            elements: next,
+            last: state.last,
+        };
         (residuals, next)
+    }
+
+    /// All elements but the last of the next state of a canonical form.
+    #[inline(always)]
+    fn shifted<S: Simd>(&self, simd: S, known: &[f64; LANES], state: &State) -> [f64; LANES] {
+        let State { elements: x, last } = state;
+        let following: [f64; LANES] =
+            core::array::from_fn(|lane| x.get(lane + 1).copied().unwrap_or_default());
+        let last = registers::<S>(last)[0];
+        let mut next = *known;
+        for (register, next) in registers_mut::<S>(&mut next).iter_mut().enumerate() {
+            let of = |lanes: &[f64; LANES]| registers::<S>(lanes)[register];
+            let first = simd.mul_add_f64s(of(&self.a[0].0), simd.splat_f64s(x[0]), *next);
+            let precedes_last = simd.less_than_f64s(simd.splat_f64s(0.0), of(&self.last.before.0));
+            let following = simd.select_f64s(precedes_last, last, of(&following));
+            *next = simd.add_f64s(first, following);
+        }
+        next
+    }
+
+    /// The last element of the next state of a canonical form.
+    #[inline(always)]
+    fn next_last<S: Simd>(&self, simd: S, known: &[f64; SUMS], state: &State) -> [f64; SUMS] {
+        let mut sums = *known;
+        let mut add_products = |factors: &[f64], x: &[f64]| {
+            let terms = registers::<S>(factors).iter().zip(registers::<S>(x));
+            for (sum, (&factors, &x)) in registers_mut::<S>(&mut sums).iter_mut().zip(terms) {
+                *sum = simd.mul_add_f64s(factors, x, *sum);
+            }
+        };
+        for (factors, x) in self
+            .last
+            .others
+            .0
+            .chunks(SUMS)
+            .zip(state.elements.chunks(SUMS))
+        {
+            add_products(factors, x);
+        }
+        add_products(&self.last.own, &state.last);
+        let [a, b, c, d] = sums;
+        let pairs = add(simd, sums, [b, a, d, c]);
+        let [a, b, c, d] = pairs;
+        add(simd, pairs, [c, d, a, b])
     }
 
     /// The residual of a single output, of which `c` is the row: by columns all lanes but one would
@@ -144,12 +243,17 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
         for (product, (&c, &x)) in registers_mut::<S>(&mut products).iter_mut().zip(factors) {
             *product = simd.mul_f64s(c, x);
         }
-        let of_state = sum_of_products(products);
+        dy - sum_of_products(products) - self.of_inputs(du)
+    }
+
+    /// What the inputs add to a single output.
+    #[inline(always)]
+    fn of_inputs(&self, du: &[f64; NU]) -> f64 {
         let mut of_inputs = 0.0;
         for (d, du) in self.d.iter().zip(du) {
             of_inputs += d.0[0] * du;
         }
-        dy - of_state - of_inputs
+        of_inputs
     }
 
     /// The residuals of several outputs side by side.
@@ -177,41 +281,42 @@ impl<const NU: usize, const NY: usize> Kernel<'_, NU, NY> {
     }
 }
 
-/// The sums of the squares of the outputs' deviations, of residuals and states: they are safe when all
-/// are, and NaN or infinite when one is. An input that is not finite leaves no finite state.
-struct Sizes<S: Simd> {
+/// The sums of the squares of the outputs' deviations and of residuals: they are safe when all are, and
+/// NaN or infinite when one is. An input that is not finite leaves no finite state.
+#[derive(Default)]
+struct Sizes {
     outputs: f64,
     residuals: f64,
-    state: S::f64s,
 }
 
-impl<S: Simd> Sizes<S> {
+impl Sizes {
     #[inline(always)]
-    fn none(simd: S) -> Self {
-        Self {
-            outputs: 0.0,
-            residuals: 0.0,
-            state: simd.splat_f64s(0.0),
-        }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, simd: S, dy: &[f64], residuals: &[f64], x: &[f64; LANES]) {
+    fn add(&mut self, dy: &[f64], residuals: &[f64]) {
         for dy in dy {
             self.outputs += dy * dy;
         }
         for residual in residuals {
             self.residuals += residual * residual;
         }
-        for &x in registers::<S>(x) {
-            self.state = simd.mul_add_f64s(x, x, self.state);
-        }
     }
 
     #[inline(always)]
-    fn are_safe(&self, simd: S) -> bool {
-        self.outputs + self.residuals + simd.reduce_sum_f64s(self.state) <= SAFE
+    fn are_safe(&self) -> bool {
+        self.outputs + self.residuals <= SAFE
     }
+}
+
+/// `left + right`, lane by lane.
+#[inline(always)]
+fn add<S: Simd>(simd: S, left: [f64; SUMS], right: [f64; SUMS]) -> [f64; SUMS] {
+    let mut sums = left;
+    for (sum, &right) in registers_mut::<S>(&mut sums)
+        .iter_mut()
+        .zip(registers::<S>(&right))
+    {
+        *sum = simd.add_f64s(*sum, right);
+    }
+    sums
 }
 
 /// As [`dot`], of products that there are already.

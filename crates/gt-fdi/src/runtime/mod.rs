@@ -21,6 +21,7 @@ mod generator;
 mod isolation;
 mod kernel;
 pub(crate) mod lanes;
+mod last_row;
 mod rows;
 mod statistics;
 mod whitener;

@@ -48,7 +48,7 @@ fn the_runtime_uses_core_and_alloc_only() {
             );
         }
     }
-    assert_eq!(files.len(), 57);
+    assert_eq!(files.len(), 58);
 }
 
 /// All source files below `folder`.

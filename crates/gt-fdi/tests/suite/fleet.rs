@@ -6,7 +6,7 @@ use gt_fdi::runtime::{Cusum, CusumFleet, Fleet, FleetError, Sides, Statistic};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
-use crate::fixtures::{TS, canonical, noise, plain_generator};
+use crate::fixtures::{TS, canonical, noise, plain_generator, transformed};
 
 /// The generator alone on the stream `stream` of `streams`: from a record, from one with its channels
 /// elsewhere, and from numbers, which are the same bits.
@@ -163,6 +163,85 @@ proptest! {
                 // The sign and the payload of a NaN say nothing.
                 let same = found == expected || (values.0.is_nan() && values.1.is_nan());
                 prop_assert!(same, "stream {stream}, residual {index}: {values:?}");
+            }
+        }
+    }
+}
+
+/// A generator of one output with these poles and the effects of its inputs, in canonical form or in
+/// random coordinates.
+fn single(
+    poles: &[f64],
+    markov: &DMatrix<f64>,
+    coordinates: Option<&DMatrix<f64>>,
+) -> Option<ResidualGenerator> {
+    let (nx, nu) = (poles.len(), markov.ncols());
+    let d = markov.rows(nx, 1).into_owned();
+    let mut model = canonical(poles, markov.rows(0, nx).into_owned(), d, "y0");
+    if let Some(coordinates) = coordinates {
+        model = transformed(&model, coordinates);
+    }
+    let point = OperatingPoint {
+        u: DVector::from_element(nu, 3.0),
+        y: DVector::from_element(1, 10.0),
+    };
+    ResidualGenerator::observer(model, point, &vec![0.4; nx]).ok()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// Up to four inputs and eight states are computed by loops of their own, those of a canonical
+    /// form by others again, and more inputs by one that takes any: with inputs that have no effect
+    /// it finds the same, in a batch and one by one.
+    #[test]
+    fn prop_inputs_without_effect_change_no_bit(
+        (nx, nu) in (1_usize..9, 1_usize..5),
+        in_canonical_form in any::<bool>(),
+        samples in 1_usize..100,
+        seed in any::<u64>(),
+        upsets in prop::collection::vec((any::<usize>(), any::<bool>(), 0_u8..8), 0..4),
+    ) {
+        const MORE: usize = 5;
+        let draws = noise(seed, nx + nx * nx + (nx + 1) * nu);
+        let poles: Vec<f64> = draws.iter().take(nx).map(|draw| draw.tanh()).collect();
+        let coordinates = DMatrix::identity(nx, nx)
+            + 0.2 * DMatrix::from_column_slice(nx, nx, &draws[nx..nx + nx * nx]);
+        let coordinates = (!in_canonical_form).then_some(&coordinates);
+        let markov = DMatrix::from_column_slice(nx + 1, nu, &draws[nx + nx * nx..]);
+        let wider = markov.clone().resize_horizontally(MORE, 0.0);
+        let (Some(few), Some(more)) = (
+            single(&poles, &markov, coordinates),
+            single(&poles, &wider, coordinates),
+        ) else { return Ok(()) };
+        let mut u = DMatrix::from_vec(MORE, samples, noise(seed ^ 1, MORE * samples));
+        let mut y = noise(seed ^ 2, samples);
+        for (place, input, number) in upsets {
+            let sample = place % samples;
+            if input {
+                u[(place / samples % nu, sample)] = upset(number);
+            } else {
+                y[sample] = upset(number);
+            }
+        }
+        let own = u.rows(0, nu).into_owned();
+        let batch = [
+            few.residuals_of(own.as_slice(), &y).unwrap(),
+            more.residuals_of(u.as_slice(), &y).unwrap(),
+        ];
+        let one_by_one = |generator: &ResidualGenerator, u: &[f64]| {
+            let mut fleet = Fleet::new(generator, 1);
+            let mut residuals = vec![0.0; samples];
+            fleet.step(u, &y, &mut residuals).unwrap();
+            residuals
+        };
+        let stepped = [one_by_one(&few, own.as_slice()), one_by_one(&more, u.as_slice())];
+        for sample in 0..samples {
+            let expected = batch[1][(0, sample)];
+            for found in [batch[0][(0, sample)], stepped[0][sample], stepped[1][sample]] {
+                // The sign and the payload of a NaN say nothing.
+                let same = found.to_bits() == expected.to_bits() || (found.is_nan() && expected.is_nan());
+                prop_assert!(same, "sample {sample}: {found:e} and {expected:e}");
             }
         }
     }
