@@ -9,7 +9,8 @@ use gtfdi::fdi::{
 use gtfdi::ident::eiv::EivModel;
 use gtfdi::ident::{ArxModel, ArxRow, Channel, OutputModel};
 use nalgebra::{DMatrix, Dyn, MatrixView, U1};
-use rayon::prelude::*;
+
+use crate::parallel;
 
 /// The name of the test that watches all outputs together.
 pub const JOINT_TEST: &str = "joint";
@@ -95,22 +96,19 @@ pub fn search_observers(
         let mut names = signals.map(|signal| signal.name.as_str());
         names.any(|name| pairs.iter().any(|pair| differs(pair, name)))
     };
-    parts
-        .par_iter()
-        .map(|part| {
-            if !reached(part, training) {
-                return Ok(None);
-            }
-            let validation = if reached(part, validation) {
-                validation
-            } else {
-                &[]
-            };
-            let found = search.design(&part.model, &part.point, training, validation);
-            let name = || part.model.outputs()[0].name.clone();
-            found.map(Some).map_err(|error| (name(), error))
-        })
-        .collect()
+    parallel::map(parts, |part| {
+        if !reached(part, training) {
+            return Ok(None);
+        }
+        let validation = if reached(part, validation) {
+            validation
+        } else {
+            &[]
+        };
+        let found = search.design(&part.model, &part.point, training, validation);
+        let name = || part.model.outputs()[0].name.clone();
+        found.map(Some).map_err(|error| (name(), error))
+    })
 }
 
 /// Whether a channel has other samples in the faulty record of a pair, or is missing in one.
@@ -197,18 +195,13 @@ impl TestPlan {
             groups.push((JOINT_TEST.to_owned(), 0..generators.len()));
         }
         let rule = self.rule_for(groups.len());
-        groups
-            .into_par_iter()
-            .map(|(name, own)| {
-                let optimism = optimism.rows(own.start, own.len()).into_owned();
-                let group: Vec<&ResidualGenerator> = generators[own].iter().collect();
-                let statistic = self.statistic;
-                ResidualTest::calibrate_in_sample(
-                    &name, &group, healthy, &optimism, statistic, rule,
-                )
-                .map_err(|error| (name, error))
-            })
-            .collect()
+        parallel::map(&groups, |(name, own)| {
+            let optimism = optimism.rows(own.start, own.len()).into_owned();
+            let group: Vec<&ResidualGenerator> = generators[own.clone()].iter().collect();
+            let statistic = self.statistic;
+            ResidualTest::calibrate_in_sample(name, &group, healthy, &optimism, statistic, rule)
+                .map_err(|error| (name.clone(), error))
+        })
     }
 
     /// The rule for each of `tests` tests.

@@ -23,6 +23,7 @@ pub mod isolation;
 mod isolator_design;
 pub mod paper;
 mod paper_models;
+mod parallel;
 mod progress;
 pub mod report;
 pub mod reports;

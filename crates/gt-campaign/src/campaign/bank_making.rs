@@ -4,14 +4,14 @@ use gtfdi::core::Dataset;
 use gtfdi::fdi::{Bank, ResidualGenerator};
 use gtfdi::ident::eiv::{EivIdentification, EivModel};
 use gtfdi::ident::{Arx, ArxModel, OrderChoice, OrderKind};
-use gtfdi::plant::{Noise, PlantParameters, Scenario, lanes_at_once, simulate_batch};
-use rayon::prelude::*;
+use gtfdi::plant::{Noise, PlantParameters, Scenario, lanes_at_once};
 
 use super::bank_choice::TestFamily;
 use super::sensor_noise::{HEALTHY_INDEX, MODEL_INDEX};
 use super::spec::{ModelMethod, ModelPlan, Spec};
 use crate::bank_design::kalman_generator;
 use crate::error::{CampaignError, During as _};
+use crate::parallel;
 use crate::progress::{Progress, Watched};
 
 /// Seconds of an hour; healthy records are no longer.
@@ -158,19 +158,15 @@ impl Spec {
         what: &str,
     ) -> Result<Vec<Dataset>, CampaignError> {
         let plant = PlantParameters::for_maps(self.plant.map_set);
-        scenarios
-            .par_chunks(lanes_at_once())
-            .flat_map_iter(|scenarios| simulate_batch(&plant, scenarios))
-            .map(|run| {
-                let run = run.during(what)?;
-                if let Some(reason) = run.ended {
-                    return Err(reason).during(what);
-                }
-                run.measured
-                    .select(&plan.inputs, &plan.outputs)
-                    .during(what)
-            })
-            .collect()
+        parallel::simulate(
+            &plant,
+            scenarios,
+            |_| what.to_owned(),
+            |_, run| {
+                let measured = run.measured.select(&plan.inputs, &plan.outputs);
+                measured.during(what)
+            },
+        )
     }
 }
 

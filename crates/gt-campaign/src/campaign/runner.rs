@@ -9,7 +9,6 @@ use gtfdi::plant::{
     Channel, Noise, PlantError, PlantParameters, Run, SAMPLE_TIME_S, Scenario, Variant,
     lanes_at_once, simulate_batch,
 };
-use rayon::prelude::*;
 
 use super::bank_choice::BankChoice;
 use super::check::Problem;
@@ -19,6 +18,7 @@ use super::judge::{Judge, Judgement};
 use super::row::{Row, RunFailure};
 use super::spec::Spec;
 use crate::error::{CampaignError, During as _};
+use crate::parallel;
 use crate::progress::Progress;
 
 /// A campaign that is ready to run: its specification and the bank that judges.
@@ -188,21 +188,18 @@ impl Campaign {
                 source: Box::new(source),
             },
         };
-        missing
-            .par_iter()
-            .with_max_len(1)
-            .try_for_each(|&chunk| {
-                let rows = self.rows_of(folder.runs_of(chunk), progress)?;
-                let rows = rows.ok_or_else(|| CampaignError::Stopped {
-                    done: done.load(Ordering::Relaxed),
-                    total: self.spec.runs,
-                })?;
-                folder.keep(chunk, rows)?;
-                let before = done.fetch_add(length(chunk), Ordering::Relaxed);
-                report(before + length(chunk));
-                Ok(())
-            })
-            .map_err(unfinished)?;
+        let run = |&chunk: &u64| {
+            let rows = self.rows_of(folder.runs_of(chunk), progress)?;
+            let rows = rows.ok_or_else(|| CampaignError::Stopped {
+                done: done.load(Ordering::Relaxed),
+                total: self.spec.runs,
+            })?;
+            folder.keep(chunk, rows)?;
+            let before = done.fetch_add(length(chunk), Ordering::Relaxed);
+            report(before + length(chunk));
+            Ok(())
+        };
+        parallel::map(&missing, run).map_err(unfinished)?;
         folder.join().map_err(unfinished)
     }
 }

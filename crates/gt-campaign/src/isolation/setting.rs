@@ -3,12 +3,11 @@
 use gtfdi::core::Dataset;
 use gtfdi::plant::{
     Boundary, Channel, ChannelNoise, Course, Fault, Fluctuation, MapSet, Noise, NoiseLevel,
-    NoiseScale, PlantParameters, Profile, Scenario, Variant, lanes_at_once, simulate_batch,
+    NoiseScale, PlantParameters, Profile, Scenario, Variant,
 };
-use rayon::prelude::*;
 
 use crate::error::{CampaignError, During as _};
-use crate::paper;
+use crate::{paper, parallel};
 
 /// Length of the noise-free record whose deviations scale the sensors' noise, in seconds.
 const REFERENCE_S: f64 = 3600.0;
@@ -185,30 +184,15 @@ impl Setting {
     ) -> Result<Vec<T>, CampaignError> {
         let plant = PlantParameters::for_maps(self.map_set);
         let (inputs, outputs) = (self.inputs(), self.outputs());
-        let lanes = lanes_at_once();
-        let done: Vec<Vec<T>> = runs
-            .par_chunks(lanes)
-            .enumerate()
-            .map(|(chunk, runs)| {
-                let scenarios: Vec<Scenario> = runs
-                    .iter()
-                    .map(|(run_index, faults)| self.scenario(*run_index, faults, duration_s))
-                    .collect::<Result<_, _>>()?;
-                let runs = simulate_batch(&plant, &scenarios).into_iter();
-                runs.enumerate()
-                    .map(|(index, run)| {
-                        let what = format!("run {}", scenarios[index].run_index);
-                        let run = run.during(&what)?;
-                        if let Some(reason) = run.ended {
-                            return Err(reason).during(&what);
-                        }
-                        let record = run.measured.select(&inputs, &outputs).during(&what)?;
-                        take(chunk * lanes + index, record)
-                    })
-                    .collect()
-            })
-            .collect::<Result<_, CampaignError>>()?;
-        Ok(done.into_iter().flatten().collect())
+        let scenarios = runs
+            .iter()
+            .map(|(run_index, faults)| self.scenario(*run_index, faults, duration_s))
+            .collect::<Result<Vec<Scenario>, CampaignError>>()?;
+        let what = |place: usize| format!("run {}", scenarios[place].run_index);
+        parallel::simulate(&plant, &scenarios, what, |place, run| {
+            let record = run.measured.select(&inputs, &outputs);
+            take(place, record.during(&what(place))?)
+        })
     }
 }
 

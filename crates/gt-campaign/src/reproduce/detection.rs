@@ -2,13 +2,12 @@
 
 use gtfdi::core::Dataset;
 use gtfdi::fdi::{Bank, BankRun, FalseAlarmRate, ResidualTest, StatisticKind, ThresholdRule};
-use rayon::prelude::*;
 
 use super::models::Identified;
 use super::records::{CASES, HEALTHY_RECORDS, HEALTHY_S, ONSET_S, Record, Records};
 use super::tables::{DetectionRow, ObserverRow, OutputDelay};
 use crate::error::{CampaignError, During as _};
-use crate::paper;
+use crate::{paper, parallel};
 
 /// A residual above this multiple of the largest healthy one is an alarm.
 pub const MARGIN: f64 = ThresholdRule::DEFAULT_MARGIN;
@@ -39,27 +38,27 @@ pub fn detection_definition(duration_s: f64) -> String {
 
 /// The bank of the four observers.
 pub fn bank(models: &[Identified], records: &Records) -> Result<Bank, CampaignError> {
-    let watched = models
-        .par_iter()
+    let watched: Vec<&Identified> = models
+        .iter()
         .filter(|identified| identified.monitored.observer_pole.is_some())
-        .map(|identified| {
-            let tag = identified.monitored.tag;
-            let healthy = records.healthy[..HEALTHY_RECORDS]
-                .iter()
-                .map(|record| record.select(&[tag]))
-                .collect::<Result<Vec<Dataset>, _>>()?;
-            let rule = ThresholdRule::Margin {
-                factor: MARGIN,
-                consecutive: 1,
-            };
-            let generator = identified.observer()?;
-            let statistic = StatisticKind::Modulus;
-            let test = ResidualTest::calibrate(tag, &[&generator], &healthy, statistic, rule)
-                .during(&format!("threshold of {tag}"))?;
-            Ok((generator, test))
-        })
-        .collect::<Result<Vec<_>, CampaignError>>()?;
-    let (generators, tests) = watched.into_iter().unzip();
+        .collect();
+    let tested = parallel::map(&watched, |identified| {
+        let tag = identified.monitored.tag;
+        let healthy = records.healthy[..HEALTHY_RECORDS]
+            .iter()
+            .map(|record| record.select(&[tag]))
+            .collect::<Result<Vec<Dataset>, _>>()?;
+        let rule = ThresholdRule::Margin {
+            factor: MARGIN,
+            consecutive: 1,
+        };
+        let generator = identified.observer()?;
+        let statistic = StatisticKind::Modulus;
+        let test = ResidualTest::calibrate(tag, &[&generator], &healthy, statistic, rule)
+            .during(&format!("threshold of {tag}"))?;
+        Ok::<_, CampaignError>((generator, test))
+    })?;
+    let (generators, tests) = tested.into_iter().unzip();
     Bank::new("observers", generators, tests).during("bank of observers")
 }
 

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use gtfdi::core::Signal;
 use gtfdi::plant::effects::{CASES, MONITORED, Reading, Signature};
 use gtfdi::plant::{EffectSettings, FaultEffects, MapSet, PlantParameters};
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::error::{CampaignError, During as _};
+use crate::parallel;
 
 /// Run indices of the excitation; case 4's effect depends on it, so several are taken.
 pub const RUN_INDICES: [u64; 5] = [40, 41, 42, 43, 44];
@@ -59,17 +59,14 @@ pub struct PaperSignature {
 pub fn measure(map_set: MapSet, seed: u64) -> Result<Effects, CampaignError> {
     let what = format!("fault effects, {map_set} maps");
     let plant = PlantParameters::for_maps(map_set);
-    let runs = RUN_INDICES
-        .into_par_iter()
-        .map(|run_index| {
-            let settings = EffectSettings {
-                seed,
-                run_index,
-                ..EffectSettings::default()
-            };
-            FaultEffects::measure(&plant, &settings).during(&what)
-        })
-        .collect::<Result<Vec<_>, _>>()?;
+    let runs = parallel::map(&RUN_INDICES, |&run_index| {
+        let settings = EffectSettings {
+            seed,
+            run_index,
+            ..EffectSettings::default()
+        };
+        FaultEffects::measure(&plant, &settings).during(&what)
+    })?;
     let first = &runs[0];
     let raw = pooled(&runs, |effects| &effects.raw);
     let inputs_held = pooled(&runs, |effects| &effects.inputs_held);

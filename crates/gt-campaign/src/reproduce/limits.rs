@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use gtfdi::fdi::{FaultEffect, Waveform, mean_delay_bound};
 use gtfdi::plant::{FaultCase, MapSet, NoiseLevel};
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::detection_curves::{LEVELS, detection_curves};
@@ -13,9 +12,9 @@ use crate::isolation::{
     Ambient, DetectionLimit, LimitSearch, NamingStudy, NamingSummary, PaperScheme, Preparation,
     Prepared, Setting,
 };
-use crate::paper;
 use crate::progress::{Progress, report_or_stop};
 use crate::report::Figure;
+use crate::{paper, parallel};
 
 /// Time constant of the rotor alone, in seconds, which case 4's percent is of.
 const ROTOR_S: f64 = 3.19;
@@ -97,9 +96,9 @@ impl Plan {
             })
             .collect();
         // Each batch alone would leave a core without work at its end.
-        jobs.into_par_iter()
-            .map(|(place, delay_s)| Ok((place, delay_s, self.limit(prepared, place, delay_s)?)))
-            .collect()
+        parallel::map(&jobs, |&(place, delay_s)| {
+            Ok((place, delay_s, self.limit(prepared, place, delay_s)?))
+        })
     }
 
     fn limit(

@@ -23,13 +23,13 @@ mod write;
 
 use gtfdi::fdi::{Bank, BankRun};
 use gtfdi::plant::{MapSet, PlantParameters, SAMPLE_TIME_S, lag_limit};
-use rayon::prelude::*;
 
 use self::models::Identified;
 use self::records::{FAULT_RUN_S, HEALTHY_RECORDS, Records};
 use self::signatures::Residual;
 use self::tables::{SCHEMA_VERSION, Tables};
 use crate::error::{CampaignError, During as _};
+use crate::parallel;
 use crate::progress::Progress;
 use crate::report::Figure;
 
@@ -65,10 +65,9 @@ pub fn reproduce(
     let (table3, table3_notes) = steady::table3()?;
     let map_sets = [MapSet::Paper, MapSet::Axial];
     progress.report("fault effects", 0, 1);
-    let fault_effects = map_sets
-        .par_iter()
-        .map(|map_set| Ok((map_set.to_string(), effects::measure(*map_set, seed)?)))
-        .collect::<Result<_, CampaignError>>()?;
+    let effects = parallel::map(&map_sets, |map_set| effects::measure(*map_set, seed))?;
+    let names = map_sets.iter().map(ToString::to_string);
+    let fault_effects = names.zip(effects).collect();
     let lag_limit = map_sets
         .iter()
         .map(|map_set| {
@@ -85,11 +84,9 @@ pub fn reproduce(
     let (paper_records, paper_models) = (&records[0], &models[0]);
     let bank = detection::bank(paper_models, paper_records)?;
     let healthy_run = detection::run(&bank, &paper_records.healthy[HEALTHY_RECORDS])?;
-    let fault_runs = paper_records
-        .faults
-        .par_iter()
-        .map(|record| detection::run(&bank, record))
-        .collect::<Result<Vec<_>, _>>()?;
+    let fault_runs = parallel::map(&paper_records.faults, |record| {
+        detection::run(&bank, record)
+    })?;
 
     let signature = |residual| {
         map_sets

@@ -3,13 +3,13 @@
 use gtfdi::core::Dataset;
 use gtfdi::fdi::ResidualGenerator;
 use gtfdi::ident::{ArxModel, Validation, ValidationOptions, validate_records};
-use rayon::prelude::*;
 
 use super::records::Records;
 use super::tables::Table6Row;
 use crate::error::{CampaignError, During as _};
 use crate::paper::{self, Monitored};
 use crate::paper_models;
+use crate::parallel;
 
 /// How the table is computed, for whoever reads the numbers.
 pub const DEFINITION: &str = "\
@@ -63,17 +63,14 @@ impl Identified {
 
 /// Identifies a model for each of the monitored outputs.
 pub fn identify(records: &Records) -> Result<Vec<Identified>, CampaignError> {
-    paper::MONITORED
-        .par_iter()
-        .map(|monitored| {
-            let data = records
-                .identification
-                .iter()
-                .map(|record| record.select(&[monitored.tag]))
-                .collect::<Result<Vec<Dataset>, _>>()?;
-            Identified::new(*monitored, &data)
-        })
-        .collect()
+    parallel::map(&paper::MONITORED, |monitored| {
+        let data = records
+            .identification
+            .iter()
+            .map(|record| record.select(&[monitored.tag]))
+            .collect::<Result<Vec<Dataset>, _>>()?;
+        Identified::new(*monitored, &data)
+    })
 }
 
 /// Whether all three errors are within the paper's bounds.

@@ -6,15 +6,14 @@ use gtfdi::plant::{
     Channel, MapSet, NoiseLevel, NoiseScale, PlantParameters, Profile, Run, Scenario, Variant,
     simulate,
 };
-use rayon::prelude::*;
 
 use super::records::{IDENTIFICATION_PROFILE, IDENTIFICATION_S};
 use super::seeds;
 use super::tables::{Table7Row, Table8Row};
 use super::twin::{Pair, Twin, deviation};
 use crate::error::{CampaignError, During as _};
-use crate::paper;
 use crate::progress::{Progress, report_or_stop};
+use crate::{paper, parallel};
 
 /// Seeds that are looked at, from that of the run on.
 const SEEDS: u64 = 3;
@@ -169,10 +168,8 @@ pub fn tables(
     let what = "Tables 7 and 8";
     report_or_stop(progress, what, 0, 2)?;
     let twin = Twin::new(&PlantParameters::for_maps(MapSet::Paper))?;
-    let records: Vec<Seed> = (0..SEEDS)
-        .into_par_iter()
-        .map(|step| Seed::new(&twin, seed.wrapping_add(step)))
-        .collect::<Result<_, _>>()?;
+    let steps: Vec<u64> = (0..SEEDS).collect();
+    let records = parallel::map(&steps, |&step| Seed::new(&twin, seed.wrapping_add(step)))?;
     report_or_stop(progress, what, 1, 2)?;
     let chosen = {
         let data = &records[0].identification[Plant::NonLinear as usize].noisy;
@@ -185,10 +182,9 @@ pub fn tables(
         .flat_map(|seed| Plant::ALL.map(|plant| (seed, plant)))
         .flat_map(|(seed, plant)| models.map(|(order, prior)| (seed, plant, order, prior)))
         .collect();
-    let fits: Vec<Fit> = jobs
-        .into_par_iter()
-        .map(|(seed, plant, order, prior)| fit(&records, seed, plant, order, prior))
-        .collect::<Result<_, _>>()?;
+    let fits = parallel::map(&jobs, |&(seed, plant, order, prior)| {
+        fit(&records, seed, plant, order, prior)
+    })?;
     progress.report(what, 2, 2);
     let mut table7 = Vec::new();
     let mut table8 = Vec::new();

@@ -6,11 +6,10 @@ use gtfdi::core::{Dataset, Signal};
 use gtfdi::plant::{
     Fault, FaultCase, MapSet, NoiseLevel, Profile, Run, Scenario, Variant, simulate,
 };
-use rayon::prelude::*;
 
 use crate::error::{CampaignError, During as _};
-use crate::paper;
 use crate::progress::{Progress, report_or_stop};
+use crate::{paper, parallel};
 
 /// Excitation of the identification and validation records (+-1.0 deg).
 pub const IDENTIFICATION_PROFILE: &str = "standard";
@@ -245,10 +244,9 @@ pub fn simulate_all(
     // One flat list, longest runs first, keeps both cores busy to the end.
     let mut flat: Vec<(usize, &Plan)> = groups.iter().flatten().flatten().enumerate().collect();
     flat.sort_by(|a, b| b.1.scenario.duration_s.total_cmp(&a.1.scenario.duration_s));
-    let mut finished: Vec<(usize, Record)> = flat
-        .into_par_iter()
-        .map(|(index, plan)| Ok((index, record(plan)?)))
-        .collect::<Result<_, CampaignError>>()?;
+    let mut finished: Vec<(usize, Record)> = parallel::map(&flat, |&(index, plan)| {
+        Ok::<_, CampaignError>((index, record(plan)?))
+    })?;
     finished.sort_by_key(|(index, _)| *index);
     let mut records = finished.into_iter().map(|(_, record)| record);
     let mut take = |plans: &[Plan]| records.by_ref().take(plans.len()).collect::<Vec<_>>();

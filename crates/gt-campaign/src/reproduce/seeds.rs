@@ -1,17 +1,14 @@
 //! Table 6 for many seeds: how much of it is luck.
 
 use gtfdi::core::Dataset;
-use gtfdi::plant::{
-    MapSet, PlantParameters, Profile, Run, Scenario, Variant, lanes_at_once, simulate_batch,
-};
-use rayon::prelude::*;
+use gtfdi::plant::{MapSet, PlantParameters, Profile, Scenario, Variant};
 
 use super::models::{Identified, within};
 use super::records::{IDENTIFICATION_PROFILE, IDENTIFICATION_S, SIGNATURE_PROFILE};
 use super::tables::{Table6Seeds, WorstRow};
 use crate::error::{CampaignError, During as _};
-use crate::paper;
 use crate::progress::{Progress, report_or_stop};
+use crate::{paper, parallel};
 
 /// Seeds that are looked at, from that of the run on.
 const SEEDS: u64 = 10;
@@ -54,44 +51,31 @@ fn with_profile(profile: &str, seeds: &[u64]) -> Result<Table6Seeds, CampaignErr
         })
         .collect();
     let plant = PlantParameters::for_maps(MapSet::Paper);
-    let runs: Vec<Run> = scenarios
-        .par_chunks(lanes_at_once())
-        .flat_map_iter(|scenarios| simulate_batch(&plant, scenarios))
-        .map(|run| {
-            let run = run.during(&what)?;
-            match run.ended {
-                Some(reason) => Err(reason).during(&what),
-                None => Ok(run),
-            }
-        })
-        .collect::<Result<_, _>>()?;
-    let rows = paper::MONITORED
-        .par_iter()
-        .map(|monitored| {
-            let mut errors = Vec::with_capacity(seeds.len());
-            for records in runs.chunks(RECORDS) {
-                let data = records
-                    .iter()
-                    .map(|run| run.measured.select(&paper::INPUTS, &[monitored.tag]))
-                    .collect::<Result<Vec<Dataset>, _>>()
-                    .during(&what)?;
-                errors.push(Identified::new(*monitored, &data)?.simulated());
-            }
-            let met = errors
+    let runs = parallel::simulate(&plant, &scenarios, |_| what.clone(), |_, run| Ok(run))?;
+    let rows = parallel::map(&paper::MONITORED, |monitored| {
+        let mut errors = Vec::with_capacity(seeds.len());
+        for records in runs.chunks(RECORDS) {
+            let data = records
                 .iter()
-                .filter(|&&errors| within(errors, monitored.sse))
-                .count();
-            Ok(WorstRow {
-                output: monitored.tag.to_owned(),
-                label: monitored.label.to_owned(),
-                identification: worst(errors.iter().map(|errors| errors[0])),
-                validation1: worst(errors.iter().map(|errors| errors[1])),
-                validation2: worst(errors.iter().map(|errors| errors[2])),
-                paper: monitored.sse,
-                met,
-            })
+                .map(|run| run.measured.select(&paper::INPUTS, &[monitored.tag]))
+                .collect::<Result<Vec<Dataset>, _>>()
+                .during(&what)?;
+            errors.push(Identified::new(*monitored, &data)?.simulated());
+        }
+        let met = errors
+            .iter()
+            .filter(|&&errors| within(errors, monitored.sse))
+            .count();
+        Ok::<_, CampaignError>(WorstRow {
+            output: monitored.tag.to_owned(),
+            label: monitored.label.to_owned(),
+            identification: worst(errors.iter().map(|errors| errors[0])),
+            validation1: worst(errors.iter().map(|errors| errors[1])),
+            validation2: worst(errors.iter().map(|errors| errors[2])),
+            paper: monitored.sse,
+            met,
         })
-        .collect::<Result<_, CampaignError>>()?;
+    })?;
     Ok(Table6Seeds {
         profile: profile.to_owned(),
         valve_amplitude_deg: excitation.valve_amplitude_deg,

@@ -3,7 +3,6 @@
 use gtfdi::core::Dataset;
 use gtfdi::fdi::{Feature, IsolatingResiduals, signature};
 use gtfdi::plant::{MapSet, SAMPLE_TIME_S};
-use rayon::prelude::*;
 
 use super::models::Identified;
 use super::records::{
@@ -11,6 +10,7 @@ use super::records::{
 };
 use super::tables::Table9;
 use crate::error::{CampaignError, During as _};
+use crate::parallel;
 
 /// Window of the moving mean in seconds.
 const MEAN_S: f64 = 8.0;
@@ -94,11 +94,8 @@ pub fn table9(
         .iter()
         .filter(|identified| identified.monitored.observer_pole.is_some())
         .collect();
-    let of = |records: &[Record]| {
-        let runs = records.par_iter();
-        runs.map(|record| residuals(residual, &watched, record))
-            .collect::<Result<Vec<_>, _>>()
-    };
+    let of =
+        |records: &[Record]| parallel::map(records, |record| residuals(residual, &watched, record));
     let (shown, teaching) = (of(&records.signature)?, of(&records.signature_teaching)?);
     let names: Vec<String> = CASES
         .iter()

@@ -6,12 +6,12 @@ use std::path::Path;
 use gt_log::{
     LoggedModel, ModelFile, RunMetadata, write_atomically, write_json, write_run, write_verdicts,
 };
-use rayon::prelude::*;
 
 use super::Reproduction;
 use super::detection;
 use super::records::{HEALTHY_RECORDS, Record};
 use crate::error::CampaignError;
+use crate::parallel;
 use crate::progress::{Progress, report_or_stop};
 
 impl Reproduction {
@@ -48,7 +48,7 @@ impl Reproduction {
                 groups.into_iter().flatten()
             })
             .collect();
-        records.par_iter().try_for_each(|record| {
+        parallel::map(&records, |record| {
             let path = logs.join(format!("{}.mcap", record.plan.name));
             write_run(&path, &record.run, &metadata(record)?).map_err(CampaignError::from)
         })?;
@@ -61,19 +61,15 @@ impl Reproduction {
                 .get(HEALTHY_RECORDS)
                 .map(|record| (record, &self.healthy_run)),
         );
-        judged
-            .collect::<Vec<_>>()
-            .into_par_iter()
-            .try_for_each(|(record, run)| {
-                let path = logs.join(format!("{}_verdicts.mcap", record.plan.name));
-                let data = record.select(&detection::tags())?;
-                let metadata = RunMetadata {
-                    models: models_of_bank.clone(),
-                    ..metadata(record)?
-                };
-                write_verdicts(&path, &self.bank, &data, run, &metadata)
-                    .map_err(CampaignError::from)
-            })?;
+        parallel::map(&judged.collect::<Vec<_>>(), |(record, run)| {
+            let path = logs.join(format!("{}_verdicts.mcap", record.plan.name));
+            let data = record.select(&detection::tags())?;
+            let metadata = RunMetadata {
+                models: models_of_bank.clone(),
+                ..metadata(record)?
+            };
+            write_verdicts(&path, &self.bank, &data, run, &metadata).map_err(CampaignError::from)
+        })?;
         for (identified, logged) in self.models.iter().zip(&models_of_bank) {
             let path = models.join(format!("{}.json", identified.monitored.tag));
             write_json(&path, &logged.file)?;
