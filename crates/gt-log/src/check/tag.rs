@@ -1,6 +1,7 @@
 //! What the values of a tag say.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use nalgebra::DMatrix;
 use serde::Serialize;
@@ -184,18 +185,20 @@ fn is_same(a: f64, b: f64) -> bool {
     a == b
 }
 
-fn median(sorted: &[f64]) -> f64 {
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
+/// The middle one, the upper of two; 0 of none.
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    if values.is_empty() {
+        return 0.0;
+    }
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 fn outliers(valid: &[(f64, Place)]) -> Vec<Outlier> {
     let steps: Vec<f64> = valid.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
-    let mut sorted = steps.clone();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let middle = median(&sorted);
-    let mut deviations: Vec<f64> = steps.iter().map(|step| (step - middle).abs()).collect();
-    deviations.sort_unstable_by(f64::total_cmp);
-    let limit = OUTLIER_MADS * median(&deviations);
+    let middle = median(steps.clone());
+    let deviations = steps.iter().map(|step| (step - middle).abs());
+    let limit = OUTLIER_MADS * median(deviations.collect());
     if limit <= 0.0 {
         return Vec::new();
     }
@@ -217,20 +220,14 @@ fn excitation_order(values: &[f64]) -> Option<usize> {
     let valid = values.iter().copied().filter(|value| value.is_finite());
     let (sum, count) = valid.fold((0.0, 0_usize), |(sum, n), value| (sum + value, n + 1));
     let mean = sum / count as f64;
-    let windows: Vec<&[f64]> = values
-        .windows(MOST_ORDER)
-        .filter(|window| window.iter().all(|value| value.is_finite()))
-        .collect();
-    if windows.len() < MOST_ORDER {
-        return None;
-    }
     let mut products = DMatrix::<f64>::zeros(MOST_ORDER, MOST_ORDER);
-    for window in windows {
-        for row in 0..MOST_ORDER {
-            for column in 0..=row {
-                products[(row, column)] += (window[row] - mean) * (window[column] - mean);
-            }
-        }
+    let mut windows = 0;
+    for run in values.split(|value| !value.is_finite()) {
+        let deviations: Vec<f64> = run.iter().map(|value| value - mean).collect();
+        windows += add_products(&mut products, &deviations);
+    }
+    if windows < MOST_ORDER {
+        return None;
     }
     products.fill_upper_triangle_with_lower_triangle();
     let has_full_rank = |order: usize| {
@@ -243,6 +240,43 @@ fn excitation_order(values: &[f64]) -> Option<usize> {
             .take_while(|&order| has_full_rank(order))
             .count(),
     )
+}
+
+/// Adds the products of the samples of each window of [`MOST_ORDER`] successive ones, `products[(i, j)]`
+/// those of its i-th and j-th for `j <= i`; says how many windows there are.
+///
+/// A sample that stands in every place of some window has the same products in all of them, so that
+/// they are summed once for each lag; what the first and the last windows have besides is added.
+fn add_products(products: &mut DMatrix<f64>, values: &[f64]) -> usize {
+    let Some(last) = values.len().checked_sub(MOST_ORDER) else {
+        return 0;
+    };
+    let sum = |samples: Range<usize>, lag: usize| -> f64 {
+        let pairs = samples.map(|sample| values[sample] * values[sample - lag]);
+        pairs.sum()
+    };
+    // In the order of the window, which the lags fall by.
+    let mut in_every_place = [0.0; MOST_ORDER];
+    let everywhere = MOST_ORDER - 1..last + 1;
+    for window in values[..everywhere.end.max(MOST_ORDER)].windows(MOST_ORDER) {
+        let newest = window[MOST_ORDER - 1];
+        for (sum, value) in in_every_place.iter_mut().zip(window) {
+            *sum += newest * value;
+        }
+    }
+    for row in 0..MOST_ORDER {
+        for column in 0..=row {
+            let lag = row - column;
+            products[(row, column)] += if everywhere.is_empty() {
+                sum(row..last + row + 1, lag)
+            } else {
+                let before = sum(row..everywhere.start, lag);
+                let after = sum(everywhere.end..everywhere.end + row, lag);
+                before + in_every_place[MOST_ORDER - 1 - lag] + after
+            };
+        }
+    }
+    last + 1
 }
 
 #[cfg(test)]
@@ -271,6 +305,26 @@ mod tests {
         }
         assert_eq!(excitation_order(&[1.0; 60]), Some(0));
         assert_eq!(excitation_order(&[1.0; 10]), None);
+    }
+
+    /// Against each window by itself, on runs that have a sample in every place and on shorter ones.
+    #[test]
+    fn products_of_runs_are_those_of_their_windows() {
+        for len in [5, 20, 21, 30, 38, 39, 40, 200] {
+            let values: Vec<f64> = (0..len).map(|k| (1.7 * f64::from(k * k)).sin()).collect();
+            let mut found = DMatrix::zeros(MOST_ORDER, MOST_ORDER);
+            let windows = add_products(&mut found, &values);
+            assert_eq!(windows, values.windows(MOST_ORDER).count());
+            for row in 0..MOST_ORDER {
+                for column in 0..=row {
+                    let products = values.windows(MOST_ORDER).map(|w| w[row] * w[column]);
+                    let expected: f64 = products.sum();
+                    // Sums of up to 200 terms of 1 in another order.
+                    let error = (found[(row, column)] - expected).abs();
+                    assert!(error < 1e-12, "{len}: {row}, {column}: {error:e}");
+                }
+            }
+        }
     }
 
     #[test]
