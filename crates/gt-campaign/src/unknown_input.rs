@@ -110,3 +110,56 @@ fn chosen(signals: &[Signal], wanted: &[usize]) -> Vec<Signal> {
 fn elements(values: &DVector<f64>, wanted: &[usize]) -> DVector<f64> {
     DVector::from_iterator(wanted.len(), wanted.iter().map(|&index| values[index]))
 }
+
+#[cfg(test)]
+mod tests {
+    use gtfdi::core::Dataset;
+    use gtfdi::ident::eiv::{EivLags, EivRow};
+
+    use super::*;
+
+    /// A model of first order of each output, with these poles; every output has one of its own state
+    /// only.
+    fn model(outputs: &[(&str, f64)]) -> EivModel {
+        let wave = |row: usize, sample: usize| (0.3 * sample as f64 * (row + 1) as f64).sin();
+        let data = Dataset::new(
+            Signal::named(&["u"]),
+            Signal::named(&outputs.iter().map(|(name, _)| *name).collect::<Vec<_>>()),
+            DMatrix::from_fn(1, 50, wave),
+            DMatrix::from_fn(outputs.len(), 50, |row, sample| wave(row + 1, sample)),
+            0.1,
+        )
+        .unwrap();
+        let rows: Vec<EivRow> = outputs
+            .iter()
+            .map(|(_, pole)| {
+                let lags = EivLags::new(1, vec![1]).unwrap();
+                EivRow::new(lags, DVector::from_row_slice(&[-pole, 1.0])).unwrap()
+            })
+            .collect();
+        let noise = |count: usize| {
+            let one = ChannelNoise {
+                variance: 0.01,
+                standard_error: None,
+                at_limit: false,
+            };
+            vec![one; count]
+        };
+        EivModel::from_rows(&data, &rows, None, noise(outputs.len()), noise(1)).unwrap()
+    }
+
+    /// A growing state that only an unknown output shows would leave no steady filter: it is dropped,
+    /// and the filter is that of the model without the output.
+    #[test]
+    fn states_that_only_an_unknown_output_shows_are_dropped() {
+        let without =
+            |model: &EivModel, unknown: &[String]| unknown_input_generator(model, unknown);
+        let found = without(&model(&[("a", 0.9), ("b", 1.2)]), &["b".to_owned()]).unwrap();
+        let expected = without(&model(&[("a", 0.9)]), &[]).unwrap();
+        assert_eq!(found.outputs(), expected.outputs());
+        assert_eq!(found.model().nx(), 1);
+        assert_eq!(found.gain(), expected.gain());
+        let unseen = without(&model(&[("a", 0.9), ("b", 1.2)]), &["a".to_owned()]).unwrap();
+        assert_eq!(unseen.model().a()[(0, 0)].to_bits(), 1.2_f64.to_bits());
+    }
+}

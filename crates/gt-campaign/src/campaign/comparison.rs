@@ -6,10 +6,9 @@ use serde::Serialize;
 use toml::Table;
 
 use super::fault_summary::is_of;
-use super::folder::{finished_rows, manifest_of};
+use super::folder::{MANIFEST, finished_rows, manifest_of};
 use super::row::{Row, Status};
 use super::size_limit::{DetectionCurve, SizeLimit};
-use super::spec::Spec;
 use super::summary::Summary;
 use crate::error::CampaignError;
 use crate::report::chart::{Chart, Series};
@@ -84,11 +83,7 @@ impl Comparison {
         let mut specs = Vec::new();
         for folder in folders {
             let manifest = manifest_of(folder)?;
-            let spec: Spec = manifest.spec.clone().try_into().map_err(|error| {
-                let reason = format!("{error}");
-                let path = folder.clone();
-                CampaignError::SpecText { path, reason }
-            })?;
+            let spec = manifest.specification(&folder.join(MANIFEST))?;
             let rows = finished_rows(folder)?;
             specs.push(manifest.spec);
             campaigns.push(Compared {

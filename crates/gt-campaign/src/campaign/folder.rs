@@ -29,7 +29,7 @@ use crate::error::CampaignError;
 /// Runs of a chunk; a task of a core, a second or so.
 pub(super) const CHUNK_RUNS: u64 = 32;
 /// The manifest's name.
-const MANIFEST: &str = "campaign.toml";
+pub(super) const MANIFEST: &str = "campaign.toml";
 /// The bank's name.
 pub(super) const BANK: &str = "bank.json";
 /// The name of all rows.

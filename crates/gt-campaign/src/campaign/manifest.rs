@@ -58,6 +58,15 @@ impl Manifest {
         })
     }
 
+    /// The specification; `path` is where the manifest lies.
+    ///
+    /// # Errors
+    /// [`CampaignError::SpecText`] for one that another program wrote.
+    pub fn specification(&self, path: &Path) -> Result<Spec, CampaignError> {
+        // By its text, as it is read everywhere else: a second way would compile all of it again.
+        Spec::parse(path, &toml::to_string(&self.spec)?)
+    }
+
     /// Writes it, whole or not at all.
     ///
     /// # Errors

@@ -6,10 +6,9 @@ use gt_log::DetectorFile;
 use gtfdi::plant::Noise;
 use serde::{Deserialize, Serialize};
 
-use super::folder::{BANK, Folder, runs_of};
+use super::folder::{BANK, Folder, MANIFEST, runs_of};
 use super::manifest::Manifest;
 use super::runner::Campaign;
-use super::spec::Spec;
 use super::table::Table;
 use crate::error::CampaignError;
 use crate::progress::Progress;
@@ -86,7 +85,7 @@ impl Task {
         chunks: &[u64],
         progress: &dyn Progress,
     ) -> Result<Vec<Part>, CampaignError> {
-        let spec: Spec = serde_json::from_value(serde_json::to_value(&self.manifest.spec)?)?;
+        let spec = self.manifest.specification(Path::new(MANIFEST))?;
         let runs = spec.runs;
         let bank = DetectorFile::parse(Path::new(BANK), self.bank.as_bytes())?;
         let campaign = Campaign::with_noise(spec, bank, self.noise.clone());

@@ -122,6 +122,18 @@ fn one_residual_that_is_left_takes_any_statistic() {
     assert!(!alarms("one.json", "level.csv").is_empty());
 }
 
+/// None, as a configuration file says it, is as if nothing were said.
+#[test]
+fn no_unknown_channel_of_a_configuration_file_is_none_at_all() {
+    let place = place();
+    place.write("none.toml", "[design]\nunknown = []\n");
+    let tail = ["--statistic", "chi2", "--watch", "joint"];
+    place.done(&args(&tail, "plain.json"));
+    place.done(&[&args(&tail, "empty.json")[..], &["--config", "none.toml"]].concat());
+    let bank = |name: &str| std::fs::read(place.path(name)).unwrap();
+    assert_eq!(bank("plain.json"), bank("empty.json"));
+}
+
 #[test]
 fn refusals_name_the_option_and_what_it_takes() {
     let place = place();
