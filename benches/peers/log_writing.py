@@ -3,7 +3,7 @@
 The peers write numbers as they are. The Python package of gtfdi writes logs of whole runs, not
 single messages. So the log of a run is timed beside peers that write the same numbers; and for
 messages of 28 numbers `LogWriter` in Rust stands for gtfdi, measured before and after the peers by
-`cargo bench -p gt-log --bench writing`, in wall time and of another record made by the same rule.
+`cargo bench -p gt-mcap --bench writing`, in wall time and of another record made by the same rule.
 """
 
 import os
@@ -149,7 +149,7 @@ def whole_run(folder):
 def cargo_rates():
     """Messages a second of gtfdi's and mcap's writers in Rust by compression, from the bench."""
     root = Path(__file__).resolve().parents[2]
-    command = ["cargo", "bench", "--quiet", "-p", "gt-log", "--bench", "writing"]
+    command = ["cargo", "bench", "--quiet", "-p", "gt-mcap", "--bench", "writing"]
     done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True)
     rates = {}
     for by in COMPRESSIONS:

@@ -33,7 +33,6 @@ mod fields;
 mod import;
 mod info;
 mod judge;
-mod message;
 mod model_document;
 mod model_file;
 mod model_log;

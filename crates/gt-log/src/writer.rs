@@ -2,11 +2,10 @@
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashSet};
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::Path;
 
 use gt_core::Signal;
+use gt_mcap::{FileWriter, Layout};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, Compression, McapError, WriteOptions};
 use serde::Serialize;
@@ -16,7 +15,7 @@ use crate::error::is_full;
 use crate::model_log::LoggedModel;
 use crate::quality::Quality;
 use crate::schema::{FieldKind, MessageSchema, TAGS_KEY, UNITS_KEY, is_message_name};
-use crate::{EPOCH_NS, LogError, build_info, message, sha256_hex};
+use crate::{EPOCH_NS, LogError, build_info, sha256_hex};
 
 /// The version of what logs hold; it rises when a reader of the one before would misread them.
 pub(crate) const LOG_VERSION: u64 = 1;
@@ -107,8 +106,8 @@ pub struct JsonTopicId(usize);
 struct Topic {
     name: String,
     channel_id: u16,
-    /// Empty for a topic of JSON.
-    numbers: Vec<u32>,
+    /// Of no field for a topic of JSON.
+    layout: Layout,
     sequence: u32,
 }
 
@@ -122,7 +121,7 @@ struct Topic {
 /// keeps its models), [`LogWriter::add_topic`], [`LogWriter::write`], [`LogWriter::finish`].
 pub struct LogWriter {
     // Dropped before `part`, which removes the file it writes to.
-    inner: mcap::Writer<BufWriter<File>>,
+    inner: FileWriter,
     part: Part,
     topics: Vec<Topic>,
     buffer: Vec<u8>,
@@ -160,9 +159,7 @@ impl LogWriter {
             // The Python reader that seeks fails without them.
             .repeat_schemas(true)
             .repeat_channels(true);
-        let inner = options
-            .create(BufWriter::new(file))
-            .map_err(|cause| write(path, cause))?;
+        let inner = FileWriter::create(file, options).map_err(|cause| write(path, cause))?;
         let mut writer = Self {
             inner,
             part,
@@ -300,7 +297,7 @@ impl LogWriter {
             "protobuf",
             &metadata,
         )?;
-        Ok(self.push(topic, channel_id, schema.numbers))
+        Ok(self.push(topic, channel_id, Layout::new(schema.numbers)))
     }
 
     /// Adds a topic of JSON messages, for what is rare and rich in text (`/fdi/diagnosis`,
@@ -336,7 +333,7 @@ impl LogWriter {
             "json",
             &metadata,
         )?;
-        Ok(JsonTopicId(self.push(topic, channel_id, Vec::new())))
+        Ok(JsonTopicId(self.push(topic, channel_id, Layout::default())))
     }
 
     /// Writes a message with a value for each field; NaN says that the sensor gave nothing valid.
@@ -347,12 +344,9 @@ impl LogWriter {
     /// # Errors
     /// [`LogError::FieldCount`], [`LogError::ForeignTopic`] or [`LogError::Write`].
     pub fn write(&mut self, topic: TopicId, time_ns: u64, values: &[f64]) -> Result<(), LogError> {
-        self.write_fields(
-            topic,
-            time_ns,
-            values.len(),
-            values.iter().copied().map(Some),
-        )
+        let known = self.known(topic.0, values.len())?;
+        self.topics[known].layout.encode(values, &mut self.buffer);
+        self.send(known, time_ns)
     }
 
     /// Writes a message that leaves out the fields without a value: nothing came from the sensor.
@@ -365,7 +359,10 @@ impl LogWriter {
         time_ns: u64,
         values: &[Option<f64>],
     ) -> Result<(), LogError> {
-        self.write_fields(topic, time_ns, values.len(), values.iter().copied())
+        let known = self.known(topic.0, values.len())?;
+        let layout = &self.topics[known].layout;
+        layout.encode_present(values, &mut self.buffer);
+        self.send(known, time_ns)
     }
 
     /// Writes how good the sample of each field is.
@@ -379,9 +376,9 @@ impl LogWriter {
         qualities: &[Quality],
     ) -> Result<(), LogError> {
         let known = self.known(topic.0, qualities.len())?;
-        self.buffer.clear();
         let values = qualities.iter().map(|own| own.number());
-        message::encode_values(&self.topics[known].numbers, values, &mut self.buffer);
+        let layout = &self.topics[known].layout;
+        layout.encode_enumeration(values, &mut self.buffer);
         self.send(known, time_ns)
     }
 
@@ -426,9 +423,8 @@ impl LogWriter {
             .map_err(|cause| write(self.part.target(), cause))?;
         let Self { inner, part, .. } = self;
         let file = inner
-            .into_inner()
-            .into_inner()
-            .map_err(|failed| LogError::io(part.target(), "write", failed.into_error()))?;
+            .into_file()
+            .map_err(|cause| LogError::io(part.target(), "write", cause))?;
         part.publish(file)
     }
 
@@ -483,27 +479,14 @@ impl LogWriter {
             .map_err(|cause| write(self.part.target(), cause))
     }
 
-    fn push(&mut self, topic: &str, channel_id: u16, numbers: Vec<u32>) -> usize {
+    fn push(&mut self, topic: &str, channel_id: u16, layout: Layout) -> usize {
         self.topics.push(Topic {
             name: topic.to_owned(),
             channel_id,
-            numbers,
+            layout,
             sequence: 0,
         });
         self.topics.len() - 1
-    }
-
-    fn write_fields(
-        &mut self,
-        topic: TopicId,
-        time_ns: u64,
-        count: usize,
-        values: impl Iterator<Item = Option<f64>>,
-    ) -> Result<(), LogError> {
-        let known = self.known(topic.0, count)?;
-        self.buffer.clear();
-        message::encode(&self.topics[known].numbers, values, &mut self.buffer);
-        self.send(known, time_ns)
     }
 
     /// The number of a topic that is there and has as many fields.
@@ -512,12 +495,12 @@ impl LogWriter {
             expected: self.topics.len(),
             found: topic,
         })?;
-        if known.numbers.len() == count {
+        if known.layout.len() == count {
             return Ok(topic);
         }
         Err(LogError::FieldCount {
             topic: known.name.clone(),
-            expected: known.numbers.len(),
+            expected: known.layout.len(),
             found: count,
         })
     }
@@ -537,7 +520,7 @@ impl LogWriter {
         };
         known.sequence = known.sequence.wrapping_add(1);
         self.inner
-            .write_to_known_channel(&header, &self.buffer)
+            .write_message(&header, &self.buffer)
             .map_err(|cause| write(self.part.target(), cause))
     }
 }

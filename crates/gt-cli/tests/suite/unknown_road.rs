@@ -83,6 +83,8 @@ fn what_an_unknown_input_does_raises_no_alarm() {
         "without.json",
     ));
     assert_eq!(array(&all, "/detectors").len(), 1);
+    assert_eq!(array(&all, "/unknown"), [""; 0]);
+    assert_eq!(array(&without, "/unknown"), ["u"]);
     let [detector] = array(&without, "/detectors") else {
         panic!("{without}");
     };

@@ -172,7 +172,7 @@ impl Generator {
             deviations: vec![0.0; nu + ny],
             predicts,
             wide: if blocks == 1 {
-                Wide::for_one_register()
+                Wide::with_few_lanes()
             } else {
                 Wide::new()
             },
@@ -538,7 +538,7 @@ impl<const NU: usize, const NY: usize, const CANONICAL: bool> Work for Many<'_, 
     }
 }
 
-/// Without registers there is nothing to win, and [`Wide::for_one_register`] has none that are wider;
+/// Without registers there is nothing to win, and [`Wide::with_few_lanes`] has none that are wider;
 /// those of a canonical form hold no more than the sums of its last row.
 const fn suits_small<S: Simd>(canonical: bool) -> bool {
     S::F64_LANES > 1 && S::F64_LANES <= if canonical { SUMS } else { FEW_LANES }

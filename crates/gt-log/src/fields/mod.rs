@@ -18,7 +18,6 @@ use gt_core::Signal;
 use mcap::Channel;
 
 use crate::LogError;
-use crate::message;
 use crate::schema::{DoubleField, TAGS_KEY, UNITS_KEY, double_fields, is_flat};
 
 /// Longer arrays are pictures and spectra; what is beyond is no field.
@@ -184,7 +183,8 @@ impl Fields {
         let columns = columns.into_iter();
         match &self.how {
             How::Doubles(fields) => {
-                Decoder::Doubles(message::Decoder::new(columns.map(|index| &fields[index])))
+                let own = columns.map(|index| (fields[index].number, fields[index].absent));
+                Decoder::Doubles(gt_mcap::Decoder::new(&own.collect::<Vec<_>>()))
             }
             How::Reflected(message, paths) => Decoder::Reflected(
                 message.clone(),
@@ -197,7 +197,7 @@ impl Fields {
 
 /// Reads fields of messages.
 pub(crate) enum Decoder {
-    Doubles(message::Decoder),
+    Doubles(gt_mcap::Decoder),
     Reflected(reflected::Message, Vec<reflected::Path>),
     Json(Vec<json::Path>),
 }

@@ -2,12 +2,11 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::Path;
 
+use gt_mcap::FileWriter;
 use mcap::records::{MessageHeader, Metadata, Record, op};
-use mcap::{Attachment, Compression, WriteOptions, Writer};
+use mcap::{Attachment, Compression, WriteOptions};
 
 use super::definitions::Definitions;
 use super::survey::{Piece, Survey};
@@ -74,7 +73,7 @@ struct Place {
 struct Copy<'a> {
     out: &'a Path,
     file: &'a mut RawFile,
-    writer: Writer<BufWriter<File>>,
+    writer: FileWriter,
     survey: Survey,
     definitions: Definitions,
     spans: BTreeMap<u16, Span>,
@@ -99,13 +98,12 @@ pub(super) fn copy(
     // `out.part` may be the file that is read.
     let (part, sink) = Part::create_with(out, ".recovered.part")?;
     let header = survey.header.clone();
-    let writer = WriteOptions::new()
+    let options = WriteOptions::new()
         .profile(header.map_or(String::new(), |header| header.profile))
         .library(concat!("gt-log/", env!("CARGO_PKG_VERSION"), " recover"))
         .compression(Some(Compression::Zstd))
-        .compression_threads(0)
-        .create(BufWriter::new(sink))
-        .map_err(|cause| cannot_write(out, cause))?;
+        .compression_threads(0);
+    let writer = FileWriter::create(sink, options).map_err(|cause| cannot_write(out, cause))?;
     let mut copy = Copy {
         out,
         file,
@@ -270,7 +268,7 @@ impl Copy<'_> {
         }
         Span::count(&mut self.spans, &header);
         self.writer
-            .write_to_known_channel(&header, &data)
+            .write_message(&header, &data)
             .map_err(|cause| cannot_write(self.out, cause))
     }
 
@@ -343,9 +341,8 @@ impl Copy<'_> {
         } = self;
         writer.finish().map_err(|cause| cannot_write(out, cause))?;
         let file = writer
-            .into_inner()
-            .into_inner()
-            .map_err(|failed| LogError::io(out, "write", failed.into_error()))?;
+            .into_file()
+            .map_err(|cause| LogError::io(out, "write", cause))?;
         part.publish(file)?;
         let whole = pieces
             .iter()

@@ -280,6 +280,7 @@ pub fn run(args: &DesignArgs, global: &GlobalArgs) -> Result<Outcome, Failure> {
         generator,
         statistic: args.statistic.unwrap_or(Statistic::Threshold),
         healthy_records: healthy.len(),
+        unknown: args.unknown.as_deref().unwrap_or_default(),
         outputs: output_reports(model, &searched),
         detectors: test_reports(&bank),
         warnings,

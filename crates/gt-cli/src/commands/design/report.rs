@@ -42,6 +42,8 @@ pub struct Report<'a> {
     pub generator: GeneratorKind,
     pub statistic: Statistic,
     pub healthy_records: usize,
+    /// The channels whose errors the filter does not feel.
+    pub unknown: &'a [String],
     pub outputs: Vec<OutputReport<'a>>,
     pub detectors: Vec<TestReport<'a>>,
     pub warnings: Vec<String>,
@@ -157,5 +159,9 @@ pub fn text(report: &Report) -> String {
             &rows
         )
     );
-    [tests, optimisation::text(&report.outputs)].concat()
+    let unknown = match report.unknown {
+        [] => String::new(),
+        tags => format!("feels no error of {}\n", tags.join(", ")),
+    };
+    [tests, unknown, optimisation::text(&report.outputs)].concat()
 }

@@ -4,7 +4,7 @@ use pulp::{Arch, WithSimd, bytemuck};
 
 pub(crate) use pulp::{Simd, WithSimd as Work};
 
-/// The most lanes of the registers of [`Wide::for_one_register`].
+/// The most lanes of the registers of [`Wide::with_few_lanes`].
 pub(in super::super) const FEW_LANES: usize = 4;
 
 /// The widest instruction set of the machine, found once.
@@ -18,7 +18,7 @@ impl Wide {
 
     /// The set for a few sums that wait for each other: registers of four where there are also some
     /// of eight, whose numbers take longer from one lane to all others.
-    pub(crate) fn for_one_register() -> Self {
+    pub(crate) fn with_few_lanes() -> Self {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
             return Self(Arch::V3(simd));

@@ -3,7 +3,7 @@
 /// The lanes of a register.
 const LANES: usize = 8;
 
-/// The most lanes of the registers of [`Wide::for_one_register`].
+/// The most lanes of the registers of [`Wide::with_few_lanes`].
 pub(in super::super) const FEW_LANES: usize = LANES;
 
 /// Arithmetic on registers, lane by lane.
@@ -49,7 +49,7 @@ impl Wide {
         Self
     }
 
-    pub(crate) fn for_one_register() -> Self {
+    pub(crate) fn with_few_lanes() -> Self {
         Self
     }
 

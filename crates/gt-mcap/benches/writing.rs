@@ -1,6 +1,6 @@
 //! Writing and reading logs of 28 numbers a message, in messages a second.
 //!
-//! `cargo bench -p gt-log --bench writing`
+//! `cargo bench -p gt-mcap --bench writing`
 //!
 //! Beside each other: one `write` of the same numbers, the crate `mcap` with the numbers as they are
 //! (224 bytes a message, no names) and with messages that were encoded before, and [`LogWriter`]. Files
