@@ -7,13 +7,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use cargo_metadata::{DependencyKind, MetadataCommand, Package};
 
 /// Crates of the workspace that each crate may depend on (development dependencies apart).
-const ROOMS: [(&str, &[&str]); 11] = [
+const ROOMS: [(&str, &[&str]); 12] = [
     ("gt-core", &[]),
     ("gt-plant", &["gt-core"]),
     ("gt-ident", &["gt-core"]),
     ("gt-fdi", &["gt-core"]),
     ("gtfdi", &["gt-core", "gt-plant", "gt-ident", "gt-fdi"]),
-    ("gt-log", &["gtfdi", "gt-core"]),
+    ("gt-mcap", &[]),
+    ("gt-log", &["gtfdi", "gt-core", "gt-mcap"]),
     ("gt-campaign", &["gtfdi", "gt-log"]),
     ("gt-serve", &["gtfdi", "gt-log"]),
     ("gt-cli", &["gtfdi", "gt-log", "gt-campaign", "gt-serve"]),
@@ -33,11 +34,11 @@ const GUARDED: [(&str, &[&str]); 28] = [
     ("rumqttc", &["gt-serve"]),
     ("rustls", &["gt-serve"]),
     ("tracing", &["gt-serve"]),
-    ("mcap", &["gt-log"]),
+    ("mcap", &["gt-log", "gt-mcap"]),
     ("zstd", &["gt-log"]),
     ("lz4", &["gt-log"]),
     ("crc32fast", &["gt-log"]),
-    ("prost", &["gt-log"]),
+    ("prost", &["gt-log", "gt-mcap"]),
     ("prost-types", &["gt-log"]),
     ("csv", &["gt-log"]),
     ("parquet", &["gt-log", "gt-campaign"]),

@@ -1,6 +1,6 @@
 //! Work on all cores.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use gtfdi::plant::{PlantParameters, Run, Scenario, lanes_at_once, simulate_batch};
@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use crate::error::{CampaignError, During as _};
 
-/// What `make` makes of each of `items`, in order. After a failure nothing more is begun, and the
-/// error is that of the first item that failed.
+/// What `make` makes of each of `items`, in order. After a failure nothing behind it is begun, and the
+/// error is that of the first item that fails, however many cores there are.
 ///
 /// # Errors
 /// As `make`.
@@ -17,12 +17,14 @@ pub(crate) fn map<T: Sync, R: Send, E: Send>(
     items: &[T],
     make: impl Fn(&T) -> Result<R, E> + Sync,
 ) -> Result<Vec<R>, E> {
-    let failed = AtomicBool::new(false);
+    let failed = AtomicUsize::new(usize::MAX);
     let made: Vec<Mutex<Option<Result<R, E>>>> = items.iter().map(|_| Mutex::default()).collect();
     for_each(items.len(), &|index| {
-        if !failed.load(Ordering::Relaxed) {
+        if index < failed.load(Ordering::Relaxed) {
             let result = make(&items[index]);
-            failed.fetch_or(result.is_err(), Ordering::Relaxed);
+            if result.is_err() {
+                failed.fetch_min(index, Ordering::Relaxed);
+            }
             *made[index].lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
         }
     });
@@ -68,7 +70,7 @@ fn for_each(count: usize, work: &(dyn Fn(usize) + Sync)) {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::atomic::AtomicUsize;
+    use std::time::Duration;
 
     use super::*;
 
@@ -89,21 +91,25 @@ mod tests {
         );
     }
 
+    /// The first item that fails takes longest, and items behind it fail before.
     #[test]
-    fn the_first_item_that_failed_is_told_and_the_rest_is_not_begun() {
+    fn the_first_item_that_fails_is_told_and_those_behind_are_not_begun() {
         let begun = AtomicUsize::new(0);
         let items: Vec<usize> = (0..100_000).collect();
         let result = map(&items, |&item| {
             begun.fetch_add(1, Ordering::Relaxed);
-            if item % 2 == 0 { Ok(item) } else { Err(item) }
+            match item {
+                3 => {
+                    std::thread::sleep(Duration::from_millis(20));
+                    Err(item)
+                }
+                item if item >= 50_000 => Err(item),
+                item => Ok(item),
+            }
         });
-        // Every second item fails, so each thread begins two at most before all know of a failure,
-        // and some more until it is told.
-        let Err(first) = result else {
-            panic!("all went well")
-        };
-        assert_eq!(first % 2, 1);
+        assert_eq!(result, Err(3));
+        // Of the second half one of each part that a thread begins with.
         let begun = begun.into_inner();
-        assert!(begun < items.len() / 2, "{begun} begun");
+        assert!(begun < 51_000, "{begun} begun");
     }
 }

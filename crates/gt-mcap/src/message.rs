@@ -1,5 +1,7 @@
 //! Messages of doubles, encoded and decoded by field number.
 
+use std::cmp::Reverse;
+
 use prost::bytes::Buf;
 use prost::encoding::{DecodeContext, decode_key, double, int32, skip_field};
 
@@ -86,7 +88,9 @@ impl Decoder {
     pub fn new(fields: &[(u32, Option<f64>)]) -> Self {
         let numbered = fields.iter().enumerate();
         let mut slots: Vec<_> = numbered.map(|(slot, own)| (own.0, slot)).collect();
-        slots.sort_unstable();
+        // Of several of one number the last counts.
+        slots.sort_unstable_by_key(|&(number, slot)| (number, Reverse(slot)));
+        slots.dedup_by_key(|own| own.0);
         Self {
             slots,
             absent: fields.iter().map(|&(_, absent)| absent).collect(),
@@ -163,6 +167,27 @@ mod tests {
         #[test]
         fn prop_any_bytes_are_an_answer(bytes in proptest::collection::vec(any::<u8>(), 0..60)) {
             let _ = decoder(&[1, 2, 3]).decode(&bytes);
+        }
+    }
+
+    proptest! {
+        /// Fields in any order, in the message and in what is asked for, some of them not asked for
+        /// and some twice: the last of several counts.
+        #[test]
+        fn prop_fields_are_found_in_any_order(
+            sent in proptest::collection::vec((1_u32..40, any::<i32>()), 0..30),
+            asked in proptest::collection::hash_set(1_u32..40, 1..20),
+        ) {
+            let asked: Vec<u32> = asked.into_iter().collect();
+            let numbers = sent.iter().map(|(number, _)| *number).collect();
+            let values: Vec<f64> = sent.iter().map(|(_, value)| f64::from(*value)).collect();
+            let mut message = Vec::new();
+            Layout::new(numbers).encode(&values, &mut message);
+            let expected: Vec<Option<f64>> = asked.iter().map(|number| {
+                let last = sent.iter().rev().find(|own| own.0 == *number);
+                last.map(|(_, value)| f64::from(*value))
+            }).collect();
+            prop_assert_eq!(decoder(&asked).decode(&message).unwrap(), expected);
         }
     }
 

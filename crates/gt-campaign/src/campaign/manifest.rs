@@ -61,10 +61,16 @@ impl Manifest {
     /// The specification; `path` is where the manifest lies.
     ///
     /// # Errors
-    /// [`CampaignError::SpecText`] for one that another program wrote.
+    /// [`CampaignError::SpecText`] for one that this version does not write, and
+    /// [`CampaignError::Toml`].
     pub fn specification(&self, path: &Path) -> Result<Spec, CampaignError> {
-        // By its text, as it is read everywhere else: a second way would compile all of it again.
-        Spec::parse(path, &toml::to_string(&self.spec)?)
+        // By a text, as it is read everywhere else: a second way would compile all of it again. Its
+        // lines are not those of the file.
+        let text = toml::to_string(&self.spec)?;
+        toml::from_str(&text).map_err(|error| CampaignError::SpecText {
+            path: path.to_owned(),
+            reason: format!("spec: {}", error.message()),
+        })
     }
 
     /// Writes it, whole or not at all.

@@ -230,23 +230,15 @@ impl Spec {
             path: path.to_owned(),
             source,
         })?;
-        let spec = Self::parse(path, &text)?;
+        let spec: Self = toml::from_str(&text).map_err(|error| CampaignError::SpecText {
+            path: path.to_owned(),
+            reason: error.to_string().trim_end().to_owned(),
+        })?;
         spec.validate().map_err(|problem| CampaignError::Spec {
             path: path.to_owned(),
             problem,
         })?;
         Ok(spec)
-    }
-
-    /// The specification that the text of `path` says, unchecked.
-    ///
-    /// # Errors
-    /// [`CampaignError::SpecText`].
-    pub(super) fn parse(path: &Path, text: &str) -> Result<Self, CampaignError> {
-        toml::from_str(text).map_err(|error| CampaignError::SpecText {
-            path: path.to_owned(),
-            reason: error.to_string().trim_end().to_owned(),
-        })
     }
 
     /// The specification as a table with every default in it.

@@ -56,14 +56,18 @@ impl Lines {
         }
     }
 
-    fn send(&mut self, count: u32, with_t3: bool) {
+    /// Sends samples; `t3` gives the value of the tag by the sample's number. The other tags move.
+    fn send(&mut self, count: u32, t3: impl Fn(u32) -> Option<f64>) {
         for _ in 0..count {
-            let t3 = if with_t3 { "\"t3\":850.0," } else { "" };
+            let t3 = t3(self.sent).map_or(String::new(), |value| format!("\"t3\":{value:?},"));
+            let moves = f64::from(self.sent % 2) / 1024.0;
+            let (a_v, fuel) = (50.0 + moves, 0.25 + moves / 1024.0);
+            let (speed, pressure, flow) = (9000.0 + moves, 101_000.0 + moves, 10.0 + moves);
             let time_s = self.begin_s + f64::from(self.sent) * 0.08;
             writeln!(
                 self.stdin,
-                "{{\"time\":{time_s:.6},\"values\":{{{t3}\"a_v\":50.0,\"M_f\":0.2,\"q_c\":9000.0,\
-                 \"p7\":101000.0,\"m9\":10.0}}}}"
+                "{{\"time\":{time_s:.6},\"values\":{{{t3}\"a_v\":{a_v},\"M_f\":{fuel},\"q_c\":{speed},\
+                 \"p7\":{pressure},\"m9\":{flow}}}}}"
             )
             .unwrap();
             self.sent += 1;
@@ -93,21 +97,21 @@ fn a_tag_that_vanishes_is_named() {
         let t3 = outputs.iter().find(|own| own["tag"] == "t3").unwrap();
         t3["quality"].clone()
     };
-    lines.send(50, true);
+    lines.send(50, |_| Some(850.0));
     serving.wait("the tags", |serving| {
         let own = machine(serving);
         (own["samples"].as_u64()? >= 49 && quality(&own) == "good").then_some(())
     });
     assert_ne!(machine(&serving)["state"], "stale");
     // 4 s of it, four times what it may be away.
-    lines.send(50, false);
+    lines.send(50, |_| None);
     let own = serving.wait("the loss", |serving| {
         let own = machine(serving);
         (own["state"] == "stale").then_some(own)
     });
     assert_eq!(own["reason"], "no good value of t3 for too long");
     assert_eq!(quality(&own), "stale");
-    lines.send(50, true);
+    lines.send(50, |_| Some(850.0));
     let own = serving.wait("its return", |serving| {
         let own = machine(serving);
         (own["state"] != "stale" && own["samples"].as_u64()? >= 149).then_some(own)
@@ -115,6 +119,32 @@ fn a_tag_that_vanishes_is_named() {
     assert_eq!(quality(&own), "good");
     let missing = metric(&serving, "gtfdi_missing_total{machine=\"gt1\"}");
     assert_eq!(missing, Some(50.0));
+}
+
+/// A tag that stands still is named where that is asked for, and judged again once it moves.
+#[test]
+fn a_tag_that_stands_still_is_named() {
+    let place = Place::new();
+    place.write("detector.json", TURBINE);
+    let config = BY_LINES.replace("age_s = 1.0", "age_s = 1.0\nfrozen_s = 2.0");
+    let mut serving = start(&place, &config);
+    let mut lines = Lines::of(&mut serving);
+    // 2 s of the same value, and the 25 samples after it.
+    lines.send(50, |_| Some(850.0));
+    let own = serving.wait("the standstill", |serving| {
+        let own = machine(serving);
+        (own["samples"].as_u64()? >= 50).then_some(own)
+    });
+    assert_eq!(own["state"], "stale");
+    assert_eq!(own["reason"], "the same value of t3 for too long");
+    let frozen = metric(&serving, "gtfdi_frozen_total{machine=\"gt1\"}");
+    assert_eq!(frozen, Some(25.0));
+    lines.send(10, |sample| Some(850.0 + f64::from(sample % 2)));
+    let own = serving.wait("its move", |serving| {
+        let own = machine(serving);
+        (own["samples"].as_u64()? >= 60).then_some(own)
+    });
+    assert_ne!(own["state"], "stale");
 }
 
 /// A detector that is loaded while the machine runs has a log of its own, with the detector in it.
@@ -130,12 +160,12 @@ fn each_log_holds_the_detector_that_it_is_of() {
             (machine(serving)["samples"].as_u64()? >= count).then_some(())
         });
     };
-    lines.send(100, true);
+    lines.send(100, |_| Some(850.0));
     judged(&serving, 99);
     place.write("detector.json", BANK);
     let loaded = serving.post("/api/v1/machines/gt1/reload", &json!({}));
     assert_eq!(loaded.status, 200, "{}", loaded.body);
-    lines.send(100, true);
+    lines.send(100, |_| Some(850.0));
     judged(&serving, 199);
     assert_eq!(metric(&serving, "gtfdi_recorder_errors_total"), Some(0.0));
     drop(lines);

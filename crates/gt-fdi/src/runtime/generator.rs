@@ -116,7 +116,7 @@ pub(crate) struct Generator {
     /// Where each input stands among the inputs given to `step` and, after them, the outputs: what
     /// one generator explains, another may use.
     places: Vec<usize>,
-    /// Of a canonical form with up to [`LANES`] states.
+    /// Where [`LastRow::of`] finds one.
     last: Option<Box<LastRow>>,
     /// The state in blocks of [`LANES`], the last one filled up with zeros.
     x: Vec<[f64; LANES]>,

@@ -15,7 +15,8 @@ const SAFE: f64 = 1e200;
 
 /// The equations of a generator with up to [`LANES`] states, rows or columns filled up with zeros.
 ///
-/// Of a canonical form only `first` and last `row` are multiplied, and the output is the first state.
+/// Of a canonical form the state is multiplied by the first column and the last row of `A - K C` only,
+/// and the output is the first state.
 #[derive(Clone, Copy)]
 pub(super) struct Kernel<'a, const NU: usize, const NY: usize, const CANONICAL: bool> {
     /// `B - K D` by columns.
@@ -107,6 +108,7 @@ impl<const NU: usize, const NY: usize, const CANONICAL: bool> Kernel<'_, NU, NY,
         (du, dy)
     }
 
+    /// What inputs and outputs add.
     #[inline(always)]
     fn known<S: Simd>(&self, simd: S, (du, dy): &([f64; NU], [f64; NY])) -> Known {
         let mut known = Known {

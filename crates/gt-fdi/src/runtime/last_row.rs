@@ -73,3 +73,58 @@ impl LastRow {
         elements[self.place % LANES] = last;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `A - K C` of three states in canonical form, one input.
+    fn matrices() -> Matrices {
+        Matrices {
+            a: vec![0.0; 9],
+            b: vec![1.0, 2.0, 3.0],
+            closed_a: vec![0.1, 1.0, 0.0, 0.2, 0.0, 1.0, 0.3, 0.4, 0.5],
+            closed_b: vec![1.0, 2.0, 3.0],
+            gain: vec![4.0, 5.0, 6.0],
+            c: vec![1.0, 0.0, 0.0],
+            d: vec![0.0],
+            u0: vec![0.0],
+            y0: vec![0.0],
+            predicts: true,
+        }
+    }
+
+    #[test]
+    fn the_last_row_of_a_canonical_form_is_found() {
+        let lanes = |values: &[f64]| {
+            Lanes(core::array::from_fn(|lane| {
+                values.get(lane).copied().unwrap_or_default()
+            }))
+        };
+        let none = Lanes::ZERO;
+        let expected = LastRow {
+            of_inputs: [lanes(&[3.0]), none, none, none],
+            of_output: [lanes(&[6.0])],
+            others: lanes(&[0.3, 0.4]),
+            own: [0.0, 0.0, 0.5, 0.0],
+            before: lanes(&[0.0, 1.0]),
+            place: 2,
+        };
+        let mut elements = [7.0; LANES];
+        expected.put(8.0, &mut elements);
+        assert_eq!(elements.map(f64::to_bits)[2], 8.0_f64.to_bits());
+        assert_eq!(expected.last_of(&elements).to_bits(), 8.0_f64.to_bits());
+        let narrow = FEW_LANES <= SUMS;
+        assert_eq!(LastRow::of(&matrices()), narrow.then_some(expected));
+    }
+
+    #[test]
+    fn another_form_has_none() {
+        let mut other = matrices();
+        other.closed_a[1] = 1.0 + f64::EPSILON;
+        assert_eq!(LastRow::of(&other), None);
+        let mut other = matrices();
+        other.c[2] = 0.1;
+        assert_eq!(LastRow::of(&other), None);
+    }
+}

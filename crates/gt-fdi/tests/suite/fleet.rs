@@ -197,7 +197,7 @@ proptest! {
     #[test]
     fn prop_inputs_without_effect_change_no_bit(
         (nx, nu) in (1_usize..9, 1_usize..5),
-        in_canonical_form in any::<bool>(),
+        (in_canonical_form, last_is_idle) in any::<(bool, bool)>(),
         samples in 1_usize..100,
         seed in any::<u64>(),
         upsets in prop::collection::vec((any::<usize>(), any::<bool>(), 0_u8..8), 0..4),
@@ -208,7 +208,10 @@ proptest! {
         let coordinates = DMatrix::identity(nx, nx)
             + 0.2 * DMatrix::from_column_slice(nx, nx, &draws[nx..nx + nx * nx]);
         let coordinates = (!in_canonical_form).then_some(&coordinates);
-        let markov = DMatrix::from_column_slice(nx + 1, nu, &draws[nx + nx * nx..]);
+        let mut markov = DMatrix::from_column_slice(nx + 1, nu, &draws[nx + nx * nx..]);
+        if last_is_idle {
+            markov.column_mut(nu - 1).fill(0.0);
+        }
         let wider = markov.clone().resize_horizontally(MORE, 0.0);
         let (Some(few), Some(more)) = (
             single(&poles, &markov, coordinates),

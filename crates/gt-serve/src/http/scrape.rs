@@ -129,12 +129,15 @@ fn by_machine(text: &mut Exposition, hub: &Hub) {
     family("machine_up", "gauge", "Whether samples come.", up.collect());
     let active = rows.iter().map(|row| row.3 as f64);
     family("active_alarms", "gauge", "Active alarms.", active.collect());
-    let counts: [(&str, &str, Count); 8] = [
+    let counts: [(&str, &str, Count); 9] = [
         ("samples_total", "Samples judged.", |own| own.samples),
         ("missing_total", "Values missing at their sample.", |own| {
             own.missing
         }),
         ("held_total", "Values held.", |own| own.held),
+        ("frozen_total", "Values the same for too long.", |own| {
+            own.frozen
+        }),
         ("bad_total", "Readings without a usable value.", |own| {
             own.bad
         }),

@@ -111,11 +111,16 @@ impl MachineView {
 
 /// What does not come.
 fn silent(machine: &Machine) -> String {
-    let tags: Vec<&str> = machine.stale_tags().collect();
-    if tags.is_empty() || tags.len() == machine.tags().count() {
-        "nothing comes from its source".to_owned()
-    } else {
-        format!("no good value of {} for too long", tags.join(", "))
+    let frozen: Vec<&str> = machine.frozen_tags().collect();
+    let stale = machine.stale_tags();
+    let silent: Vec<&str> = stale.filter(|tag| !frozen.contains(tag)).collect();
+    let stands = format!("the same value of {} for too long", frozen.join(", "));
+    let none = format!("no good value of {} for too long", silent.join(", "));
+    match (frozen.is_empty(), silent.is_empty()) {
+        (true, false) if silent.len() < machine.tags().count() => none,
+        (true, _) => "nothing comes from its source".to_owned(),
+        (false, true) => stands,
+        (false, false) => format!("{none}; {stands}"),
     }
 }
 

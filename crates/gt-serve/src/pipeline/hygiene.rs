@@ -19,6 +19,7 @@ const SECOND_NS: f64 = 1e9;
 /// | `future_s` | 10 | how far ahead of the clock a reading may be | 0 to 86400 |
 /// | `age_s` | 10 | age of a tag's last good value beyond which it is stale | above 0 |
 /// | `hold_s` | 0 | how long a tag's last good value stands in for a missing one | 0 or more |
+/// | `frozen_s` | none | how long a tag may read exactly the same value before it is stale | a period to 30 days |
 /// | `restart_s` | 30 | how long all readings must be late until the clock is taken to have been set back | above 0 |
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -34,6 +35,11 @@ pub struct HygieneOptions {
     /// How long a tag's last good value stands in for a missing one, in seconds; such values are
     /// marked `interpolated` and counted.
     pub hold_s: f64,
+    /// How long a tag may read exactly the same value before it is stale, in seconds; nothing is stale
+    /// for that without it. For sensors with noise: a valve, or a historian that sends a value again
+    /// until it changes, may well stand still.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frozen_s: Option<f64>,
     /// How long all readings must be late until the source's clock is taken to have been set back,
     /// in seconds of arrival.
     pub restart_s: f64,
@@ -47,6 +53,7 @@ impl Default for HygieneOptions {
             future_s: 10.0,
             age_s: 10.0,
             hold_s: 0.0,
+            frozen_s: None,
             restart_s: 30.0,
         }
     }
@@ -79,7 +86,10 @@ impl HygieneOptions {
             ("hold_s", self.hold_s, zero, 86_400.0),
             ("restart_s", self.restart_s, period_s, 86_400.0),
         ];
-        for (option, found, low, high) in ranges {
+        let frozen = self
+            .frozen_s
+            .map(|own| ("frozen_s", own, period_s, 2_592_000.0));
+        for (option, found, low, high) in ranges.into_iter().chain(frozen) {
             // NaN is in no range.
             if !(low..=high).contains(&found) {
                 let expected = format!("{low} to {high} with samples of {period_s} s");
@@ -124,6 +134,8 @@ pub struct HygieneCounts {
     pub held: u64,
     /// Values that were missing at their sample.
     pub missing: u64,
+    /// Values that had been the same for too long.
+    pub frozen: u64,
     /// Samples.
     pub samples: u64,
     /// Times everything started afresh: gaps, and clocks set back.
@@ -169,6 +181,8 @@ pub struct Hygiene {
     restart: bool,
     /// Value and time of each tag's last usable reading.
     last: Vec<Option<(f64, i64)>>,
+    /// Value and time of the first of each tag's usable readings that are all the same.
+    same: Vec<Option<(f64, i64)>>,
     /// When the first of an unbroken row of late readings came.
     late_since_ns: Option<i64>,
     counts: HygieneCounts,
@@ -191,6 +205,7 @@ impl Hygiene {
             ready: VecDeque::new(),
             restart: true,
             last: vec![None; tags],
+            same: vec![None; tags],
             late_since_ns: None,
             counts: HygieneCounts::default(),
         })
@@ -213,6 +228,17 @@ impl Hygiene {
         self.slots.clear();
         self.ready.clear();
         self.restart = false;
+    }
+
+    /// Whether a tag's last reading was the same for too long.
+    pub fn is_frozen(&self, tag: usize) -> bool {
+        let both = self.last.get(tag).zip(self.same.get(tag));
+        let (Some((Some((_, last_ns)), Some((_, since_ns)))), Some(own)) =
+            (both, self.options.frozen_s)
+        else {
+            return false;
+        };
+        (last_ns - since_ns) as f64 / SECOND_NS >= own
     }
 
     /// Time of the sample of index 0 and the index of the next sample.
@@ -262,6 +288,7 @@ impl Hygiene {
         self.next = 0;
         self.restart = true;
         self.last.fill(None);
+        self.same.fill(None);
     }
 
     fn place(&mut self, reading: &Reading, place: usize) {
@@ -326,29 +353,44 @@ impl Hygiene {
             values: Vec::with_capacity(self.tags),
             qualities: Vec::with_capacity(self.tags),
         };
-        for (reading, last) in slot.readings.into_iter().zip(&mut self.last) {
+        let age_s = |since_ns: i64| (time_ns - since_ns) as f64 / SECOND_NS;
+        let kept = self.last.iter_mut().zip(&mut self.same);
+        for (reading, (last, same)) in slot.readings.into_iter().zip(kept) {
             let (value, quality) = match reading {
                 Some((value, quality)) if quality.is_usable() => {
                     *last = Some((value, time_ns));
-                    (value, quality)
-                }
-                _ => {
-                    let age_s = |since_ns: i64| (time_ns - since_ns) as f64 / SECOND_NS;
-                    match *last {
-                        Some((value, since_ns)) if age_s(since_ns) <= self.options.hold_s => {
-                            self.counts.held += 1;
-                            (value, Quality::Interpolated)
-                        }
-                        Some((_, since_ns)) if age_s(since_ns) <= self.options.age_s => {
-                            self.counts.missing += 1;
-                            (f64::NAN, Quality::Bad)
-                        }
+                    let since_ns = match *same {
+                        Some((before, since_ns)) if before.to_bits() == value.to_bits() => since_ns,
                         _ => {
-                            self.counts.missing += 1;
-                            (f64::NAN, Quality::Stale)
+                            *same = Some((value, time_ns));
+                            time_ns
                         }
+                    };
+                    if self
+                        .options
+                        .frozen_s
+                        .is_some_and(|own| age_s(since_ns) >= own)
+                    {
+                        self.counts.frozen += 1;
+                        (f64::NAN, Quality::Stale)
+                    } else {
+                        (value, quality)
                     }
                 }
+                _ => match *last {
+                    Some((value, since_ns)) if age_s(since_ns) <= self.options.hold_s => {
+                        self.counts.held += 1;
+                        (value, Quality::Interpolated)
+                    }
+                    Some((_, since_ns)) if age_s(since_ns) <= self.options.age_s => {
+                        self.counts.missing += 1;
+                        (f64::NAN, Quality::Bad)
+                    }
+                    _ => {
+                        self.counts.missing += 1;
+                        (f64::NAN, Quality::Stale)
+                    }
+                },
             };
             sample.values.push(value);
             sample.qualities.push(quality);
@@ -412,6 +454,58 @@ mod tests {
         }
         assert_eq!(own.counts().accepted, 100);
         assert_eq!(own.counts().missing, 0);
+    }
+
+    /// A tag that reads the same for `frozen_s` is stale from then on, until it moves or everything
+    /// starts afresh; without the option it never is.
+    #[test]
+    fn a_tag_that_stands_still_is_stale_when_that_is_asked_for() {
+        let stands = |options: HygieneOptions| {
+            let mut own = hygiene(options);
+            let mut found = Vec::new();
+            // Tag 1 moves at the 12th sample, and after the 20th nothing comes for four seconds.
+            for k in (0..20).chain(70..75) {
+                own.offer(&reading(0, k, k as f64), NOW_NS);
+                own.offer(&reading(1, k, if k < 12 { 1.0 } else { 2.0 }), NOW_NS);
+                found.extend(std::iter::from_fn(|| own.pop()));
+            }
+            let qualities: Vec<Quality> = found.iter().map(|sample| sample.qualities[1]).collect();
+            assert!(
+                found
+                    .iter()
+                    .all(|sample| sample.qualities[0] == Quality::Good)
+            );
+            for sample in &found {
+                assert_eq!(
+                    sample.values[1].is_nan(),
+                    sample.qualities[1] == Quality::Stale
+                );
+            }
+            (qualities, own)
+        };
+        let (always, own) = stands(HygieneOptions::default());
+        assert_eq!(always, [Quality::Good; 25]);
+        assert!(!own.is_frozen(1));
+
+        let options = HygieneOptions {
+            frozen_s: Some(0.4),
+            ..HygieneOptions::default()
+        };
+        let (found, own) = stands(options);
+        let (good, stale) = (Quality::Good, Quality::Stale);
+        let expected = [(good, 5), (stale, 7), (good, 5), (stale, 3), (good, 5)];
+        let expected = expected.map(|(quality, times)| vec![quality; times]);
+        assert_eq!(found, expected.concat());
+        assert_eq!((own.counts().frozen, own.counts().missing), (10, 0));
+        assert!(!own.is_frozen(1) && !own.is_frozen(7));
+
+        let mut own = hygiene(options);
+        for k in 0..6 {
+            own.offer(&reading(0, k, k as f64), NOW_NS);
+            own.offer(&reading(1, k, 1.0), NOW_NS);
+            while own.pop().is_some() {}
+        }
+        assert!(own.is_frozen(1) && !own.is_frozen(0));
     }
 
     #[test]

@@ -207,6 +207,13 @@ impl Machine {
             .map(|(_, tag)| tag)
     }
 
+    /// Those of them that read the same for longer than they may.
+    pub fn frozen_tags(&self) -> impl Iterator<Item = &str> {
+        let tags = self.tags().enumerate();
+        tags.filter(|(index, _)| self.hygiene.is_frozen(*index))
+            .map(|(_, tag)| tag)
+    }
+
     /// Takes a reading that came at `now_ns`; `each` sees every sample that it completes, after it
     /// was judged.
     pub fn offer(&mut self, reading: &Reading, now_ns: i64, mut each: impl FnMut(&Self, &Sample)) {

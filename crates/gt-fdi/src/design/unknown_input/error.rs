@@ -23,7 +23,9 @@ pub enum UnknownInputError {
     /// The outputs do not show every disturbance of the state one step later: `rank(C E) < rank(E)`.
     #[error(
         "disturbances of the state: expected rank(C E) = rank(E) = {expected}, found {found}: the \
-         smallest singular value of C E is {smallest:e} of the norm of C, below {limit:e}"
+         smallest singular value of C E is {smallest:e} of the norm of C, below {limit:e}; each \
+         disturbance has to show in an output at once or one sample later (nk 0 or 1), and in \
+         other outputs than the rest"
     )]
     HiddenDisturbance {
         /// Rank of E, without what the outputs show at once.
