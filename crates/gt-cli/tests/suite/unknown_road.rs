@@ -37,25 +37,27 @@ fn record(seed: u64, rows: usize, inflow: f64, level: f64) -> String {
     csv("u,a,b,c", &table)
 }
 
-/// Records and a model with its noise.
+/// Records and a model with its noise, which tests that look at what changes do not share.
 fn place() -> &'static Place {
     static PLACE: OnceLock<Place> = OnceLock::new();
-    PLACE.get_or_init(|| {
-        let place = Place::new();
-        for (name, rows, seed, inflow, level) in [
-            ("train.csv", 4000, 1, 0.0, 0.0),
-            ("calm.csv", 20_000, 2, 0.0, 0.0),
-            ("inflow.csv", 3000, 3, 8.0, 0.0),
-            ("level.csv", 3000, 3, 0.0, 0.5),
-        ] {
-            place.write(name, record(seed, rows, inflow, level));
-        }
-        let channels = ["--inputs", "u", "--outputs", "a,b,c"];
-        let method = ["--method", "eiv", "--order", "1", "--nk", "1"];
-        let files = ["identify", "train.csv", "--out", "model.json"];
-        place.done(&[&files[..], &TIME, &channels, &method].concat());
-        place
-    })
+    PLACE.get_or_init(fresh)
+}
+
+fn fresh() -> Place {
+    let place = Place::new();
+    for (name, rows, seed, inflow, level) in [
+        ("train.csv", 4000, 1, 0.0, 0.0),
+        ("calm.csv", 20_000, 2, 0.0, 0.0),
+        ("inflow.csv", 3000, 3, 8.0, 0.0),
+        ("level.csv", 3000, 3, 0.0, 0.5),
+    ] {
+        place.write(name, record(seed, rows, inflow, level));
+    }
+    let channels = ["--inputs", "u", "--outputs", "a,b,c"];
+    let method = ["--method", "eiv", "--order", "1", "--nk", "1"];
+    let files = ["identify", "train.csv", "--out", "model.json"];
+    place.done(&[&files[..], &TIME, &channels, &method].concat());
+    place
 }
 
 fn args<'a>(tail: &[&'a str], out: &'a str) -> Vec<&'a str> {
@@ -138,7 +140,7 @@ fn no_unknown_channel_of_a_configuration_file_is_none_at_all() {
 
 #[test]
 fn refusals_name_the_option_and_what_it_takes() {
-    let place = place();
+    let place = fresh();
     let channels = ["--inputs", "u", "--outputs", "a,b,c"];
     let files = ["identify", "train.csv", "--out", "arx.json"];
     let orders = ["--na", "1", "--nb", "1"];
