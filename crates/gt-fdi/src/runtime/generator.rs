@@ -15,20 +15,22 @@ use super::wide::{FEW_LANES, Simd, Wide, Work};
 /// Samples of one generator that are looked at together: a closer look at one is one at all of them.
 const BLOCK: usize = 32;
 
-/// The call with the numbers of inputs and outputs, and whether the form is canonical, as constants
-/// where there are up to four of each, or what `else` says. Each is a function by itself: the loops of
-/// all sizes in one leave the compiler too few registers for any.
+/// The call with the numbers of inputs and outputs as constants where there are up to four of each,
+/// or what `else` says; of a canonical form, with one output, where that stands before the numbers.
+/// Each is a function by itself: the loops of all sizes in one leave the compiler too few registers for
+/// any.
 macro_rules! of_sizes {
-    ($sizes:expr, $generator:ident.$call:ident $arguments:tt, else $otherwise:expr) => {
-        of_sizes!(@ $sizes, $generator $call $arguments $otherwise,
-            (1 1 true)(2 1 true)(3 1 true)(4 1 true)
-            (1 1 false)(1 2 false)(1 3 false)(1 4 false)(2 1 false)(2 2 false)(2 3 false)(2 4 false)
-            (3 1 false)(3 2 false)(3 3 false)(3 4 false)(4 1 false)(4 2 false)(4 3 false)(4 4 false))
+    (canonical $sizes:expr, $generator:ident.$call:ident $arguments:tt, else $otherwise:expr) => {
+        of_sizes!(@ $sizes, $generator $call $arguments $otherwise, true, (1 1)(2 1)(3 1)(4 1))
     };
-    (@ $sizes:expr, $generator:ident $call:ident $arguments:tt $otherwise:expr,
-        $(($nu:literal $ny:literal $canonical:literal))*) => {
+    ($sizes:expr, $generator:ident.$call:ident $arguments:tt, else $otherwise:expr) => {
+        of_sizes!(@ $sizes, $generator $call $arguments $otherwise, false, (1 1)(1 2)(1 3)(1 4)
+            (2 1)(2 2)(2 3)(2 4)(3 1)(3 2)(3 3)(3 4)(4 1)(4 2)(4 3)(4 4))
+    };
+    (@ $sizes:expr, $generator:ident $call:ident $arguments:tt $otherwise:expr, $canonical:literal,
+        $(($nu:literal $ny:literal))*) => {
         match $sizes {
-            $(($nu, $ny, $canonical) =>
+            $(($nu, $ny) =>
                 of_sizes!(@call $generator $call $nu $ny $canonical $arguments),)*
             _ => $otherwise,
         }
@@ -184,9 +186,9 @@ impl Generator {
         self.y0.len()
     }
 
-    /// Numbers of inputs and outputs, and whether the form is canonical.
-    fn sizes(&self) -> (usize, usize, bool) {
-        (self.u0.len(), self.y0.len(), self.last.is_some())
+    /// Numbers of inputs and outputs.
+    fn sizes(&self) -> (usize, usize) {
+        (self.u0.len(), self.y0.len())
     }
 
     /// Adds its numbers to a fingerprint.
@@ -245,6 +247,7 @@ impl Generator {
         residuals: &mut [f64],
     ) -> Update {
         let small = self.x.len() == 1;
+        // Of a canonical form too: its last element would come from memory and go there.
         if small && of_sizes!(self.sizes(), self.step_small((u, y), first, residuals), else false) {
             return Update::Residual;
         }
@@ -279,8 +282,14 @@ impl Generator {
         for (index, residuals) in residuals.chunks_mut(BLOCK * ny.max(1)).enumerate() {
             let (u, y) = (u.from(index * BLOCK), y.from(index * BLOCK));
             let small = self.x.len() == 1;
-            let done =
-                small && of_sizes!(self.sizes(), self.run_small((u, y), residuals), else false);
+            let sizes = self.sizes();
+            let done = match &self.last {
+                _ if !small => false,
+                Some(_) => {
+                    of_sizes!(canonical sizes, self.run_small((u, y), residuals), else false)
+                }
+                None => of_sizes!(sizes, self.run_small((u, y), residuals), else false),
+            };
             if !done {
                 let own = residuals.chunks_exact_mut(ny.max(1)).enumerate();
                 for (sample, residuals) in own {
