@@ -181,8 +181,9 @@ pub struct Hygiene {
     restart: bool,
     /// Value and time of each tag's last usable reading.
     last: Vec<Option<(f64, i64)>>,
-    /// Value and time of the first of each tag's usable readings that are all the same.
-    same: Vec<Option<(f64, i64)>>,
+    /// Of each tag's usable readings that are all the same: their value, and the times of the first and
+    /// of the last.
+    same: Vec<Option<(f64, i64, i64)>>,
     /// When the first of an unbroken row of late readings came.
     late_since_ns: Option<i64>,
     counts: HygieneCounts,
@@ -232,13 +233,11 @@ impl Hygiene {
 
     /// Whether a tag's last reading was the same for too long.
     pub fn is_frozen(&self, tag: usize) -> bool {
-        let both = self.last.get(tag).zip(self.same.get(tag));
-        let (Some((Some((_, last_ns)), Some((_, since_ns)))), Some(own)) =
-            (both, self.options.frozen_s)
-        else {
-            return false;
-        };
-        (last_ns - since_ns) as f64 / SECOND_NS >= own
+        let same = self.same.get(tag).copied().flatten();
+        same.zip(self.options.frozen_s)
+            .is_some_and(|((_, first_ns, last_ns), own)| {
+                (last_ns - first_ns) as f64 / SECOND_NS >= own
+            })
     }
 
     /// Time of the sample of index 0 and the index of the next sample.
@@ -358,22 +357,20 @@ impl Hygiene {
         for (reading, (last, same)) in slot.readings.into_iter().zip(kept) {
             let (value, quality) = match reading {
                 Some((value, quality)) if quality.is_usable() => {
-                    *last = Some((value, time_ns));
-                    let since_ns = match *same {
-                        Some((before, since_ns)) if before.to_bits() == value.to_bits() => since_ns,
-                        _ => {
-                            *same = Some((value, time_ns));
-                            time_ns
+                    let first_ns = match *same {
+                        Some((before, first_ns, _)) if before.to_bits() == value.to_bits() => {
+                            first_ns
                         }
+                        _ => time_ns,
                     };
-                    if self
-                        .options
-                        .frozen_s
-                        .is_some_and(|own| age_s(since_ns) >= own)
-                    {
+                    *same = Some((value, first_ns, time_ns));
+                    if (self.options.frozen_s).is_some_and(|own| age_s(first_ns) >= own) {
                         self.counts.frozen += 1;
+                        // Not even held.
+                        *last = None;
                         (f64::NAN, Quality::Stale)
                     } else {
+                        *last = Some((value, time_ns));
                         (value, quality)
                     }
                 }
@@ -499,13 +496,23 @@ mod tests {
         assert_eq!((own.counts().frozen, own.counts().missing), (10, 0));
         assert!(!own.is_frozen(1) && !own.is_frozen(7));
 
-        let mut own = hygiene(options);
-        for k in 0..6 {
+        // A value that was the same for too long does not stand in for a missing one either.
+        let mut own = hygiene(HygieneOptions {
+            hold_s: 1.0,
+            ..options
+        });
+        let mut found = Vec::new();
+        for k in 0..10 {
             own.offer(&reading(0, k, k as f64), NOW_NS);
-            own.offer(&reading(1, k, 1.0), NOW_NS);
-            while own.pop().is_some() {}
+            if k < 6 {
+                own.offer(&reading(1, k, 1.0), NOW_NS);
+            }
+            found.extend(std::iter::from_fn(|| own.pop()));
         }
+        found.extend(std::iter::from_fn(|| own.drain()));
         assert!(own.is_frozen(1) && !own.is_frozen(0));
+        let qualities: Vec<Quality> = found.iter().map(|sample| sample.qualities[1]).collect();
+        assert_eq!(qualities, [vec![good; 5], vec![stale; 5]].concat());
     }
 
     #[test]
